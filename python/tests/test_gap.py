@@ -1,6 +1,7 @@
 """`gap.run` and `gap.effects` by the program itself."""
 
 import json
+import subprocess
 from functools import cache
 
 import mujoco
@@ -81,6 +82,20 @@ def test_what_is_missing_is_named_and_the_patched_model_has_it(nominal, tmp_path
         gap.run(nominal, tmp_path / "out" / "trials", **options, seed=3)
 
 
+@pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release")
+def test_a_sensor_that_the_log_lacks_is_said_on_the_terminal(nominal, tmp_path):
+    for seed in range(2):
+        log = trial(seed)
+        rows = zip(log["sensordata_times"], log["control_data"][1:, 0], log["sensordata_data"][:, 0])
+        text = "\n".join(["time,motor,x", *(f"{time:.6f},{force:.6f},{place:.6f}" for time, force, place in rows)])
+        tmp_path.joinpath("logs").mkdir(exist_ok=True)
+        tmp_path.joinpath("logs", f"{seed}.csv").write_text(text + "\n")
+    words = ["gap", "find", "--model", nominal, "--trials", tmp_path / "logs", "--out", tmp_path / "out"]
+    run = subprocess.run([hydro_mujoco_entry.find_program(), *words], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    assert "not compared, for a log lacks them: `v`\n" in run.stderr
+
+
 def test_only_what_was_written_counts_as_named(tmp_path):
     value = {"name": "damping", "value": 1.0, "unit": "N s/m", "ci95": [0.5, 1.5]}
     entry = {"effect": "joint_damping", "target": "a", "probability": 0.99, "parameters": [value]}
@@ -128,8 +143,14 @@ def test_every_form_of_trials_becomes_files(tmp_path):
     [
         ([], "trials is empty"),
         ({"control_times": 1}, "trials is one trial's arrays; expected a list"),
+        (["none.txt"], "trial `none` is none.txt; expected a file .npz or .csv"),
+        (
+            ["a/t.npz", "b/t.csv"],
+            r"two are called `t`, a/t.npz and b/t.csv; expected names that differ.*\{name: trial\}",
+        ),
+        (["trial_01.csv", trial(0)], "two are called `trial_01`, trial_01.csv and a dict without a name"),
         ([3], "trial `trial_00` is a int; expected a path, a mujoco.sysid.SystemTrajectory, or a dict"),
-        (["none.npz"], "trial `none` is none.npz; expected a file .npz or .csv that is there"),
+        (["none.npz"], "trial `none`, none.npz: no such file"),
         ({"a/b": {}}, "trial `a/b`: a name is that of a file"),
         ([{"control_times": [0]}], "trial `trial_00` has no control_data; expected control_times, control_data"),
         ([trial(0) | {"qpos": [1]}], "unknown array qpos; there are: control_times"),

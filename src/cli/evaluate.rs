@@ -3,7 +3,7 @@
 use std::{convert::Infallible, path::PathBuf};
 
 use anyhow::{Context as _, bail};
-use hydro_model::{EngineKind, Outputs, Solver, checkpoint::Checkpoint};
+use hydro_model::{EngineKind, Outputs, Solver, checkpoint::Checkpoint, document::Difference};
 use hydro_training::{
     InitialForce,
     comparison::{Predict, open_loop, precomputed},
@@ -54,10 +54,13 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let outputs = Outputs::of(&checkpoint.card.outputs);
     let data = Dataset::open(&args.data)?.with_outputs(outputs)?;
     let manifest = data.manifest();
-    if manifest.features != checkpoint.card.features || manifest.outputs != checkpoint.card.outputs
-    {
+    let card = &checkpoint.card;
+    let (features, expected) = (manifest.features.features(), card.features.features());
+    let features = Difference::find("feature", features, expected);
+    let outputs = || Difference::find("output", &manifest.outputs, &card.outputs);
+    if let Some(difference) = features.or_else(outputs) {
         bail!(
-            "{}: features and outputs are not those of {}: the data are of another robot",
+            "{}: {difference} as in {}: the data are of another robot",
             args.data.display(),
             args.checkpoint.display()
         );
@@ -85,8 +88,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             args.split
         );
     }
+    let place = || args.checkpoint.display().to_string();
     let attention = if args.attention {
-        let found = attention_use(&checkpoint, &split)?;
+        let found = attention_use(&checkpoint, &split).with_context(place)?;
         Some(found.with_context(|| {
             format!(
                 "--attention: {} is of the kind {}, which has none; expected attention-ode",
@@ -97,14 +101,15 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     } else {
         None
     };
-    let engine = checkpoint.engine(args.engine, args.solver)?;
+    let engine = (checkpoint.engine(args.engine, args.solver)).with_context(place)?;
     print_note_of(args.engine);
     let name = checkpoint.card.model.kind().to_owned();
-    let forces = predict_by_engine(engine.as_ref(), &split, args.start)?;
+    let forces = predict_by_engine(engine.as_ref(), &split, args.start).with_context(place)?;
     let rounding = match args.engine {
         EngineKind::FusedF16 | EngineKind::FusedI16 => {
-            let single = checkpoint.engine(EngineKind::Fused, args.solver)?;
-            let single = predict_by_engine(single.as_ref(), &split, args.start)?;
+            let single = (checkpoint.engine(EngineKind::Fused, args.solver)).with_context(place)?;
+            let single =
+                predict_by_engine(single.as_ref(), &split, args.start).with_context(place)?;
             let std = &checkpoint.card.normaliser.output_std;
             Some(distance(&forces, &single, std))
         }

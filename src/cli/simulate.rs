@@ -10,6 +10,7 @@ use hydro_frames::to_world;
 use hydro_model::{
     EngineKind, Outputs,
     checkpoint::Checkpoint,
+    document::Difference,
     features::{Feature, FeatureLayout},
 };
 use hydro_plugin::{
@@ -151,22 +152,21 @@ fn read(args: &Args) -> anyhow::Result<Setup> {
     if rollouts.runs.is_empty() {
         bail!("{}: holds no rollout", args.rollouts.display());
     }
-    if rollouts.index.features != checkpoint.card.features {
+    let card = &checkpoint.card;
+    let (found, expected) = (rollouts.index.features.features(), card.features.features());
+    if let Some(difference) = Difference::find("feature", found, expected) {
         bail!(
-            "{}: its features are not those of {}: the rollouts are of another robot",
+            "{}: {difference} as in {}: the rollouts are of another robot",
             args.rollouts.display(),
             args.checkpoint.display()
         );
     }
-    let card = &checkpoint.card;
     if let (Some(mlp), Some(folder)) = (&mlp, &args.mlp)
-        && mlp.card.outputs != card.outputs
+        && let Some(difference) = Difference::find("output", &mlp.card.outputs, &card.outputs)
     {
         bail!(
-            "--mlp {}: its {} outputs are not the {} of {}",
+            "--mlp {}: {difference} as in {}",
             folder.display(),
-            mlp.card.outputs.len(),
-            card.outputs.len(),
             args.checkpoint.display()
         );
     }
@@ -211,11 +211,13 @@ fn read(args: &Args) -> anyhow::Result<Setup> {
 /// The test split, and the drag laws fitted on the training split.
 fn read_data(folder: &Path, checkpoint: &Checkpoint, from: &Path) -> anyhow::Result<Data> {
     let dataset = Dataset::open(folder)?;
-    let layout = &dataset.manifest().features;
-    if *layout != checkpoint.card.features {
+    let found = dataset.manifest().features.features();
+    let expected = checkpoint.card.features.features();
+    if let Some(difference) = Difference::find("feature", found, expected) {
         bail!(
-            "{}: its features are not those of the checkpoint",
-            folder.display()
+            "--data {}: {difference} as in {}",
+            folder.display(),
+            from.display()
         );
     }
     let water = dataset.manifest().water.as_ref();
@@ -259,12 +261,10 @@ fn open(setup: &Setup, data: &Data, engine: EngineKind) -> anyhow::Result<OpenLo
     let layout = &manifest.features;
     let learned =
         |checkpoint: &Checkpoint, start| -> anyhow::Result<Box<Predict<'_, Infallible>>> {
-            let engine = checkpoint.engine(engine, None)?;
-            Ok(precomputed(predict_by_engine(
-                engine.as_ref(),
-                test,
-                start,
-            )?))
+            let place = || format!("the checkpoint {}", checkpoint.card.name);
+            let engine = checkpoint.engine(engine, None).with_context(place)?;
+            let forces = predict_by_engine(engine.as_ref(), test, start).with_context(place)?;
+            Ok(precomputed(forces))
         };
     let mut rows: Vec<(String, Box<Predict<'_, Infallible>>)> = vec![(
         setup.subject.clone(),

@@ -121,7 +121,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         progress: Progress::new("training", trainer.steps() as u64),
         best: None,
     };
-    let outcome = trainer.run(&folder.run, &cancel, &mut observer)?;
+    let outcome = (trainer.run(&folder.run, &cancel, &mut observer))
+        .with_context(|| format!("training in {}", folder.run.display()))?;
     observer.progress.finish();
     if outcome == TrainOutcome::Cancelled {
         bail!(

@@ -9,7 +9,7 @@ use std::{
     time::Duration,
 };
 
-use crate::common::tiny::dataset;
+use crate::{common::tiny::dataset, run::refused};
 use hydro_files::FolderLock;
 use serde_json::Value;
 
@@ -77,11 +77,7 @@ impl Place {
     }
 
     fn refusal(&self, more: &[&str]) -> String {
-        let output = self.compare(more);
-        let text = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(!output.status.success(), "{more:?} succeeded");
-        assert!(!text.contains("panicked"), "{text}");
-        text
+        refused(&self.compare(more))
     }
 }
 
@@ -284,6 +280,22 @@ fn a_job_that_another_process_does_is_refused_with_its_name() {
 }
 
 #[test]
+fn a_folder_in_which_another_process_compares_is_refused_with_its_name() {
+    let place = Place::timed();
+    let _lock = FolderLock::take(&place.out().join(".lock"), "hydro compare task1").unwrap();
+    for more in [&[][..], &["--tables"]] {
+        let text = place.refusal(&[&["--seeds", "0"], more].concat());
+        let holder = format!(
+            "--out {}: wait, or choose another: process {} (hydro compare task1) is at work there",
+            place.out().display(),
+            std::process::id()
+        );
+        assert!(text.contains(&holder), "{text}");
+    }
+    assert!(!place.out().join("jobs").exists());
+}
+
+#[test]
 fn results_of_other_settings_are_kept_and_refused() {
     let place = Place::timed();
     place.succeeds(&["--seeds", "0", "--entries", "lstm"]);
@@ -291,7 +303,7 @@ fn results_of_other_settings_are_kept_and_refused() {
     let before = fs::read(&result).unwrap();
     let message = place.refusal(&["--seeds", "0", "--entries", "lstm", "--trajectories", "5"]);
     assert!(
-        message.contains("made with other settings") && message.contains("result.json"),
+        message.contains("result.json: made with other settings: trajectories is null, expected 5"),
         "{message}"
     );
     assert_eq!(before, fs::read(&result).unwrap());
@@ -299,10 +311,19 @@ fn results_of_other_settings_are_kept_and_refused() {
     fs::remove_file(&result).unwrap();
     let message = place.refusal(&["--seeds", "0", "--entries", "lstm", "--trajectories", "5"]);
     assert!(
-        message.contains("made with other settings") && message.contains("training.json"),
+        message
+            .contains("training.json: made with other settings: trajectories is null, expected 5"),
         "{message}"
     );
     place.succeeds(&["--seeds", "0", "--entries", "lstm"]);
+    // Other data of the same settings.
+    let manifest = place.folder.path().join("data/manifest.json");
+    let bytes = fs::read(&manifest).unwrap();
+    fs::write(&manifest, [&bytes[..], b"\n"].concat()).unwrap();
+    let message = place.refusal(&["--seeds", "0", "--entries", "lstm"]);
+    let words = "result.json: made with other data: its manifest.json has the sha256 ";
+    assert!(message.contains(words), "{message}");
+    fs::write(&manifest, bytes).unwrap();
     // What cannot be read is named.
     fs::write(&result, "{\"schema\": \"hydro-compare-job/1\"}").unwrap();
     let message = place.refusal(&["--seeds", "0", "--entries", "lstm"]);
@@ -333,7 +354,9 @@ fn a_job_that_fails_does_not_end_the_night() {
     fs::write(folder.join("checkpoint/card.json"), "{}").unwrap();
     let message = place.refusal(&["--seeds", "0", "--parallel", "1"]);
     assert!(
-        message.contains("1 jobs failed: 2/lstm/seed-0 failed") && message.contains("card.json"),
+        message.contains(
+            "1 of 2 jobs failed: 2/lstm/seed-0 failed (exit status: 1); its last lines: "
+        ) && message.contains("card.json"),
         "{message}"
     );
     let page = fs::read_to_string(place.out().join("README.md")).unwrap();
@@ -401,6 +424,12 @@ fn flags_that_mean_nothing_are_named() {
         let message = place.refusal(&flags);
         assert!(message.contains(words), "{flags:?}: {message}");
     }
+    if cfg!(mujoco_plugins) {
+        let message = place.refusal(&["--rollouts", "tests/data/rollouts"]);
+        let words = "tests/data/rollouts: feature 0 (from 0) is `position.FR_hip_joint`, expected \
+                     `position.thigh` as in --data";
+        assert!(message.contains(words), "{message}");
+    }
     // Towed robots do not swim.
     for flag in ["--rollouts", "--beyond"] {
         let output = Command::new(env!("CARGO_BIN_EXE_hydro"))
@@ -410,11 +439,8 @@ fn flags_that_mean_nothing_are_named() {
             .args([flag, "fast=/nowhere"])
             .output()
             .unwrap();
-        let message = String::from_utf8_lossy(&output.stderr);
+        let message = refused(&output);
         let words = format!("{flag}: for task2 alone");
-        assert!(
-            !output.status.success() && message.contains(&words),
-            "{message}"
-        );
+        assert!(message.contains(&words), "{message}");
     }
 }

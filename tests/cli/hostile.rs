@@ -12,7 +12,7 @@ use std::{
 
 use crate::{
     common::tiny::dataset,
-    run::{hydro, message},
+    run::{hydro, message, refused},
 };
 use hydro_files::FolderLock;
 use hydro_model::checkpoint::Checkpoint;
@@ -29,13 +29,10 @@ const SHORT: [&str; 8] = [
     "20",
 ];
 
-/// The message of a command that must be refused in three lines, without a panic or an abort.
 fn refusal(words: &[&OsStr]) -> String {
     let output = hydro(words);
-    let text = message(&output);
+    let text = refused(&output);
     assert_eq!(output.status.code(), Some(1), "{words:?}: {text}");
-    let error = text.rsplit("hydro: ").next().unwrap();
-    assert!(error.trim().lines().count() <= 3, "{text}");
     text
 }
 
@@ -123,6 +120,72 @@ fn a_split_that_is_missing_costs_no_training_and_is_not_evaluated() {
     edit(&data, |manifest| manifest["sample_period"] = 0.02.into());
     let text = evaluate(&["--split", "val"]);
     assert!(text.contains("sample_period is 0.02 s, but"), "{text}");
+}
+
+#[test]
+fn a_force_beyond_all_numbers_is_an_error() {
+    let (folder, data, out) = place();
+    assert!(hydro(&train(&data, &out, &SHORT)).status.success());
+    let mut checkpoint = Checkpoint::load(&out).unwrap();
+    checkpoint.card.normaliser.output_std.fill(1e300);
+    let huge = folder.path().join("huge");
+    checkpoint.save(&huge).unwrap();
+    for more in [&[][..], &["--json"]] {
+        let mut words: Vec<&OsStr> = vec!["evaluate".as_ref(), "--data".as_ref(), data.as_ref()];
+        words.extend::<[&OsStr; 2]>(["--checkpoint".as_ref(), huge.as_ref()]);
+        words.extend(more.iter().map(OsStr::new));
+        let text = refusal(&words);
+        assert!(
+            text.contains("huge: an error is inf: the predicted force leaves the range of numbers"),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn data_of_another_robot_are_told_by_the_first_name_that_differs() {
+    let (folder, data, out) = place();
+    assert!(hydro(&train(&data, &out, &SHORT)).status.success());
+    for (field, name, expected) in [
+        (
+            "features",
+            "position.calf",
+            "feature 0 (from 0) is `position.calf`, expected `position.thigh` as in",
+        ),
+        (
+            "outputs",
+            "torque.y",
+            "output 0 (from 0) is `torque.y`, expected `force.x` as in",
+        ),
+    ] {
+        let other = folder.path().join(field);
+        dataset(&other);
+        edit(&other, |manifest| {
+            manifest[field][0] = name.into();
+            if field == "outputs" {
+                manifest["output_units"][0] = "N m".into();
+            }
+        });
+        let evaluate = ["evaluate", "--checkpoint", "--data"].map(OsStr::new);
+        let [evaluate, by_checkpoint, by_data] = evaluate;
+        let text = refusal(&[
+            evaluate,
+            by_checkpoint,
+            out.as_ref(),
+            by_data,
+            other.as_ref(),
+        ]);
+        assert!(text.contains(expected), "{text}");
+        let mut given = OsString::from("other=");
+        given.push(&other);
+        let results = folder.path().join("results");
+        let compare = ["compare", "task2", "--data", "--out", "--beyond"].map(OsStr::new);
+        let [compare, task, by_data, by_out, by_beyond] = compare;
+        let places = [by_data, data.as_ref(), by_out, results.as_ref()];
+        let words = [&[compare, task][..], &places, &[by_beyond, given.as_ref()]];
+        let text = refusal(&words.concat());
+        assert!(text.contains(&format!("{expected} --data")), "{text}");
+    }
 }
 
 #[test]

@@ -10,18 +10,13 @@ use std::{
 
 use crate::{
     common::tiny::{FEATURES, T, dataset, sha256},
-    run::hydro,
+    run::{hydro, refused},
 };
 use hydro_model::checkpoint::Checkpoint;
 use safetensors::{SafeTensors, tensor::TensorView};
 
-/// The message of a command that must fail without a panic.
 fn refusal(arguments: &[&str]) -> String {
-    let output = hydro(arguments);
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success(), "{arguments:?} succeeded");
-    assert!(!text.contains("panicked"), "{text}");
-    text
+    refused(&hydro(arguments))
 }
 
 fn text(path: &Path) -> &str {
@@ -497,7 +492,7 @@ fn a_training_that_diverges_exits_with_three() {
             .chain(["--hidden", "64,64,64", "--patience", "200"])
             .collect::<Vec<_>>(),
     );
-    let message = String::from_utf8_lossy(&diverged.stderr);
+    let message = refused(&diverged);
     assert_eq!(diverged.status.code(), Some(3), "{message}");
     assert!(message.contains("lower the learning rate"), "{message}");
     let other = hydro(&train("no/such/folder", text(out), &[]));

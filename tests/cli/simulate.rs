@@ -10,6 +10,8 @@ use std::{
 use hydro_training::rollouts::Rollouts;
 use serde_json::Value;
 
+use crate::run::refused;
+
 const ROLLOUTS: &str = "tests/data/rollouts";
 
 /// A folder with a checkpoint for the recorded robot.
@@ -32,13 +34,8 @@ fn simulate(checkpoint: &Path, rollouts: &str, more: &[&str]) -> Output {
         .unwrap()
 }
 
-/// The message of a command that must fail without a panic.
 fn refusal(checkpoint: &Path, rollouts: &str, more: &[&str]) -> String {
-    let output = simulate(checkpoint, rollouts, more);
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success(), "{more:?} succeeded");
-    assert!(!message.contains("panicked"), "{message}");
-    message
+    refused(&simulate(checkpoint, rollouts, more))
 }
 
 fn text(path: &Path) -> &str {
@@ -134,7 +131,18 @@ fn what_does_not_fit_is_refused_by_name() {
     let other = crate::common::lively(&["fin"]).save(folder.path(), "fish");
     let message = refusal(&other, ROLLOUTS, &[]);
     assert!(
-        message.contains(ROLLOUTS) && message.contains("its features are not those of"),
+        message.contains(ROLLOUTS)
+            && message
+                .contains("feature 0 (from 0) is `position.FR_hip_joint`, expected `position.fin`"),
+        "{message}"
+    );
+
+    let data = folder.path().join("data");
+    crate::common::tiny::dataset(&data);
+    let message = refusal(&checkpoint, ROLLOUTS, &["--data", text(&data)]);
+    assert!(
+        message.contains(text(&data))
+            && message.contains("is `position.thigh`, expected `position.FR_hip_joint` as in"),
         "{message}"
     );
 
@@ -151,7 +159,10 @@ fn what_does_not_fit_is_refused_by_name() {
     );
     let message = refusal(&checkpoint, ROLLOUTS, &flags[..2]);
     assert!(message.contains("--report"), "{message}");
-    assert_eq!(names_in(folder.path()), ["clip.gif", "fish", "model"]);
+    assert_eq!(
+        names_in(folder.path()),
+        ["clip.gif", "data", "fish", "model"]
+    );
 }
 
 /// The true wrench is only true in the scene that the rollouts were recorded in.

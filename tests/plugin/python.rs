@@ -34,6 +34,7 @@ subjects!(
     potential_flow,
     refusals,
     robot,
+    stability,
     vehicles
 );
 

@@ -62,6 +62,10 @@ const LISTS: [(&str, Kind); 3] = [
 const FORCES: &str = "xyzkmn";
 const VELOCITIES: &str = "uvwpqr";
 
+/// Derivatives of each kind, for a message.
+const EXAMPLES: &str =
+    "names such as X_udot, Y_rdot (added mass), X_u (linear damping), X_u|u| (quadratic damping)";
+
 /// A table cannot be turned into effects.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -76,9 +80,8 @@ pub enum FossenError {
         expected: &'static str,
     },
     #[error(
-        "`{found}` is no hydrodynamic derivative{hint}; expected names such as X_udot, Y_rdot (added mass), X_u (linear \
-         damping), X_u|u| (quadratic damping), or {CONVENTION}, {SIGNS}, {POINT}, {LEFT_OUT}, added_mass, \
-         linear_damping, quadratic_damping"
+        "`{found}` is no hydrodynamic derivative{hint}; expected {EXAMPLES}, or {CONVENTION}, {SIGNS}, {POINT}, \
+         {LEFT_OUT}, added_mass, linear_damping, quadratic_damping"
     )]
     Unknown { found: String, hint: String },
     #[error("`{first}` and `{second}` are one number given twice")]
@@ -97,8 +100,8 @@ pub enum FossenError {
     Square { found: String, signed: String },
     #[error("{LEFT_OUT} names `{found}`, which the table does not have{hint}")]
     NotThere { found: String, hint: String },
-    #[error("the table has no hydrodynamic derivative")]
-    Empty,
+    #[error("the table has no hydrodynamic derivative; expected {EXAMPLES}; it has: {found}")]
+    Empty { found: String },
     #[error(transparent)]
     Effects(#[from] SetError),
 }
@@ -151,6 +154,7 @@ impl VehicleTable {
     /// The first name or number that cannot be.
     pub fn parse(text: &str) -> Result<Self, FossenError> {
         let mut fields = fields(text)?;
+        let names = names(&fields);
         let left_out = take_names(&mut fields, LEFT_OUT)?;
         for name in &left_out {
             fields.remove(name).ok_or_else(|| FossenError::NotThere {
@@ -186,7 +190,7 @@ impl VehicleTable {
             point,
         };
         match table.entries("hull").is_empty() {
-            true => Err(FossenError::Empty),
+            true => Err(FossenError::Empty { found: names }),
             false => Ok(table),
         }
     }
@@ -256,6 +260,14 @@ fn fields(text: &str) -> Result<Map<String, Value>, FossenError> {
         serde_json::from_str(text).map_err(|fault| format(fault.to_string()))
     } else {
         toml::from_str(text).map_err(|fault| format(fault.to_string()))
+    }
+}
+
+/// Names of a table, for a message.
+fn names(fields: &Map<String, Value>) -> String {
+    match fields.is_empty() {
+        true => "none".to_owned(),
+        false => fields.keys().cloned().collect::<Vec<_>>().join(", "),
     }
 }
 

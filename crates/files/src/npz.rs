@@ -3,14 +3,14 @@
 
 use std::{
     fmt,
-    io::{BufReader, Read, Seek},
+    io::{BufReader, Read, Seek, SeekFrom},
 };
 
 use npyz::{
     DType, Deserialize, NpyFile, Order, TypeChar,
     npz::{array_name_from_file_name, file_name_from_array_name},
 };
-use zip::{ZipArchive, result::ZipError};
+use zip::{CompressionMethod, ZipArchive, result::ZipError};
 
 use crate::message::{one_line, short};
 
@@ -69,14 +69,19 @@ impl fmt::Display for NpzError {
 
 impl std::error::Error for NpzError {}
 
-/// Largest array that is read [bytes]; that of an hour at 1 kHz of 30 columns is 0.9 GB.
+/// Largest array that is read [bytes], in the file and as numbers of eight bytes; that of an hour at 1 kHz of 30 columns is
+/// 0.9 GB.
 const LARGEST_ARRAY: u64 = 1 << 30;
+/// Most bytes that a byte of a deflated stream becomes: two bits can stand for 258 bytes.
+const MOST_INFLATED: u64 = 1032;
 /// Longest header of an array [bytes]. NumPy writes 118 for a plain array.
 const LONGEST_HEADER: usize = 4096;
 
 /// An opened `.npz`.
 pub struct Archive<R: Read + Seek> {
     zip: ZipArchive<R>,
+    /// Size of the whole archive [bytes].
+    size: u64,
 }
 
 impl<R: Read + Seek> fmt::Debug for Archive<R> {
@@ -99,12 +104,14 @@ impl<R: Read + Seek> Archive<R> {
     ///
     /// # Errors
     /// No archive, or one that is cut short.
-    pub fn open(file: R) -> Result<Self, NpzError> {
-        let zip = ZipArchive::new(file).map_err(|error| NpzError::Damaged {
+    pub fn open(mut file: R) -> Result<Self, NpzError> {
+        let damaged = |error: &dyn fmt::Display| NpzError::Damaged {
             array: None,
             reason: format!("cut short, or no .npz archive at all ({})", short(error)),
-        })?;
-        Ok(Self { zip })
+        };
+        let size = (file.seek(SeekFrom::End(0))).map_err(|error| damaged(&error))?;
+        let zip = ZipArchive::new(file).map_err(|error| damaged(&error))?;
+        Ok(Self { zip, size })
     }
 
     /// Names of the arrays, sorted.
@@ -170,8 +177,10 @@ impl<R: Read + Seek> Archive<R> {
             if kind != TypeChar::UnicodeStr {
                 return Ok(None);
             }
-            let texts = npy.into_vec::<String>()?;
-            Ok(texts.into_iter().next())
+            npy.data::<String>()
+                .map_err(std::io::Error::other)?
+                .next()
+                .transpose()
         })
     }
 
@@ -196,6 +205,16 @@ impl<R: Read + Seek> Archive<R> {
             Err(error) => return Err(damaged(short(error))),
         };
         let size = member.size();
+        let packed = member.compressed_size().min(self.size);
+        let most = match member.compression() {
+            CompressionMethod::Stored => packed,
+            _ => packed.saturating_mul(MOST_INFLATED),
+        };
+        if size > most {
+            return Err(damaged(format!(
+                "cut short or damaged ({size} bytes are stated, but {packed} compressed ones hold {most} at most)"
+            )));
+        }
         let header = read_header(&mut member).map_err(damaged)?;
         let header_len = header.len() as u64;
         let mut reader = BufReader::new(header.as_slice().chain(member));
@@ -214,17 +233,19 @@ impl<R: Read + Seek> Archive<R> {
         let DType::Plain(element) = &dtype else {
             return Err(wrong_type());
         };
+        let announced = format!("shape {:?} of {}", npy.shape(), dtype.descr());
         let bytes = element
             .num_bytes()
-            .and_then(|bytes| npy.len().checked_mul(bytes as u64))
-            .filter(|bytes| *bytes <= LARGEST_ARRAY);
-        let fits = bytes.is_some_and(|bytes| header_len.checked_add(bytes) == Some(size));
-        if !fits {
+            .and_then(|bytes| npy.len().checked_mul(bytes as u64));
+        if bytes.and_then(|bytes| header_len.checked_add(bytes)) != Some(size) {
             return Err(damaged(format!(
-                "its header announces shape {:?} of {}, which is not what {size} bytes hold (and no array may \
-                 hold more than {LARGEST_ARRAY})",
-                npy.shape(),
-                dtype.descr()
+                "its header announces {announced}, which is not what {size} bytes hold"
+            )));
+        }
+        let taken = bytes.max(npy.len().checked_mul(size_of::<f64>() as u64));
+        if taken.is_none_or(|taken| taken > LARGEST_ARRAY) {
+            return Err(damaged(format!(
+                "{announced} is larger than an array may be; expected {LARGEST_ARRAY} bytes at most, eight a number"
             )));
         }
         let element = (element.type_char(), element.size_field());
@@ -279,7 +300,10 @@ fn numbers<T: Deserialize>(
 ) -> std::io::Result<Array> {
     let shape = npy.shape().to_vec();
     let order = npy.order();
-    let mut values: Vec<f64> = npy.into_vec::<T>()?.into_iter().map(convert).collect();
+    let elements = npy.data::<T>().map_err(std::io::Error::other)?;
+    let mut values: Vec<f64> = elements
+        .map(|element| element.map(&convert))
+        .collect::<std::io::Result<_>>()?;
     if let (Order::Fortran, [rows, columns]) = (order, shape.as_slice()) {
         let (rows, columns) = (*rows as usize, *columns as usize);
         values = (0..rows * columns)

@@ -1,7 +1,7 @@
 //! Writing a file whole or not at all.
 
 use std::{
-    fs::{self, Permissions},
+    fs::{self, File, Permissions},
     io::{Result, Write as _},
     os::unix::fs::PermissionsExt as _,
     path::Path,
@@ -10,12 +10,20 @@ use std::{
 /// Start and end of the names of files that are being written.
 const BEING_WRITTEN: (&str, &str) = (".hydro-", ".part");
 
-/// Writes `bytes` to a new file of a random name beside `path`, flushes it to the disk and renames it. A link that stands at
-/// `path` is replaced, not followed.
+/// Writes `bytes` to a file, as [`write_whole_with`] does.
 ///
 /// # Errors
 /// A folder that cannot be written to, a full disk; the old file then stays.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    write_whole_with(path, |file| file.write_all(bytes))
+}
+
+/// Lets `fill` write a new file of a random name beside `path`, flushes it to the disk and renames it. A link that stands at
+/// `path` is replaced, not followed.
+///
+/// # Errors
+/// As [`write_whole`]; what `fill` gives.
+pub fn write_whole_with(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>) -> Result<()> {
     let folder = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
@@ -25,7 +33,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
         // The usual permissions less what the user withholds; a temporary file has fewer.
         .permissions(Permissions::from_mode(0o666))
         .tempfile_in(folder.unwrap_or(Path::new(".")))?;
-    file.write_all(bytes)?;
+    fill(file.as_file_mut())?;
     file.as_file().sync_all()?;
     file.persist(path).map_err(|error| error.error)?;
     Ok(())

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::plant::PlantError;
+use crate::{plant::PlantError, trial::message::listed};
 
 /// Why a stage stopped.
 #[derive(Debug, Error)]
@@ -32,8 +32,8 @@ pub enum GapError {
     /// Nothing can be compared.
     #[error(
         "no sensor of the model has a sample in the trials {}; the model's sensors: {}",
-        .trials.join(", "),
-        .sensors.join(", ")
+        listed(.trials),
+        listed(.sensors)
     )]
     NothingMeasured {
         /// Names of the trials.
@@ -41,13 +41,26 @@ pub enum GapError {
         /// The model's sensors.
         sensors: Vec<String>,
     },
+    /// More readings a row than memory is there for.
+    #[error(
+        "the trials have {found} numbers a row for the sensors {}; expected at most {most}: leave out of the log what \
+         repeats other sensors", listed(.sensors)
+    )]
+    TooMuchMeasured {
+        /// Numbers a row.
+        found: usize,
+        /// Numbers a row, at most.
+        most: usize,
+        /// The sensors that are compared.
+        sensors: Vec<String>,
+    },
     /// Every degree of freedom is prescribed, and no sensor tells of forces.
     #[error(
         "every degree of freedom is prescribed in the trials {}, so the sensors {} say nothing of the model: \
          forces are the output then. A `force` or `torque` sensor that is logged is needed; the model's sensors: {}",
-        .trials.join(", "),
-        .compared.join(", "),
-        .sensors.join(", ")
+        listed(.trials),
+        listed(.compared),
+        listed(.sensors)
     )]
     NoForces {
         /// Names of the trials.

@@ -29,6 +29,7 @@ pub enum ModelError {
 
 impl From<candle_core::Error> for ModelError {
     fn from(error: candle_core::Error) -> Self {
-        Self::Tensor(error.to_string())
+        // With a backtrace it has many lines.
+        Self::Tensor(hydro_files::short(error))
     }
 }

@@ -14,6 +14,10 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// Component names of the quaternion `world_from_base`.
 const QUATERNION: [&str; 4] = ["w", "x", "y", "z"];
 
+/// Names of features, for a message.
+const NAMES: &str = "position.<joint>, velocity.<joint>, quaternion.{w,x,y,z}, angular_velocity.{x,y,z}, \
+                     linear_velocity.{x,y,z} or density";
+
 /// One input of a force model.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
@@ -81,10 +85,7 @@ impl fmt::Display for Feature {
 #[non_exhaustive]
 pub enum FeatureError {
     /// A name that is none of those in the module's list.
-    #[error(
-        "unknown feature `{0}`: expected position.<joint>, velocity.<joint>, quaternion.{{w,x,y,z}}, \
-         angular_velocity.{{x,y,z}}, linear_velocity.{{x,y,z}} or density"
-    )]
+    #[error("unknown feature `{0}`: expected {NAMES}")]
     Unknown(String),
     /// The same feature twice.
     #[error("feature `{0}` is in the list twice")]
@@ -95,7 +96,7 @@ pub enum FeatureError {
     )]
     BrokenQuaternion,
     /// An empty list.
-    #[error("the feature list is empty")]
+    #[error("the feature list is empty; expected at least one of {NAMES}")]
     Empty,
 }
 
@@ -335,6 +336,13 @@ mod tests {
             Err(FeatureError::BrokenQuaternion)
         );
         assert_eq!(FeatureLayout::new(vec![]), Err(FeatureError::Empty));
+        for error in [FeatureError::Empty, FeatureError::Unknown("speed".into())] {
+            let text = error.to_string();
+            assert!(
+                text.contains("linear_velocity.{x,y,z} or density"),
+                "{text}"
+            );
+        }
     }
 
     proptest! {

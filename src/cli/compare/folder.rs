@@ -7,6 +7,7 @@ use std::{
 
 use anyhow::{Context as _, bail};
 use hydro_files::FolderLock;
+use hydro_model::document::digest_difference;
 use hydro_training::{
     TrainConfig,
     experiment::{JobId, JobResult, SCHEMA, TrainingNote},
@@ -166,18 +167,20 @@ impl Folder {
         inputs: &Inputs,
         (settings, sha256): (&TrainConfig, &str),
     ) -> anyhow::Result<()> {
-        let other = if *settings != plan.training(job)? {
-            "settings"
-        } else if sha256 != inputs.data[&job.data].sha256() {
-            "data"
-        } else {
-            return Ok(());
+        let data = || {
+            let difference = digest_difference(sha256, inputs.data[&job.data].sha256())?;
+            Some(format!("data: its manifest.json has {difference}"))
         };
-        bail!(
-            "{}: made with other {other}; give another --out, or remove {}",
-            path.display(),
-            self.job(job).display()
-        );
+        let settings = settings.difference(&plan.training(job)?);
+        let settings = settings.map(|difference| format!("settings: {difference}"));
+        match settings.or_else(data) {
+            None => Ok(()),
+            Some(other) => bail!(
+                "{}: made with other {other}; give another --out, or remove {}",
+                path.display(),
+                self.job(job).display()
+            ),
+        }
     }
 
     /// Writes the result of a job, which is then done.

@@ -6,7 +6,7 @@ use std::{
 };
 
 use anyhow::{Context as _, bail};
-use hydro_model::kinematics::Kinematics;
+use hydro_model::{document::Difference, kinematics::Kinematics};
 use hydro_training::{
     dataset::{Dataset, Split},
     experiment::Experiment,
@@ -64,8 +64,11 @@ impl Inputs {
             };
             let set = Dataset::open(&PathBuf::from(folder))?;
             let (theirs, ours) = (set.manifest(), data[names[0]].manifest());
-            if theirs.features != ours.features || theirs.outputs != ours.outputs {
-                bail!("--beyond {given}: its features or outputs are not those of --data");
+            let (features, expected) = (theirs.features.features(), ours.features.features());
+            let features = Difference::find("feature", features, expected);
+            let outputs = || Difference::find("output", &theirs.outputs, &ours.outputs);
+            if let Some(difference) = features.or_else(outputs) {
+                bail!("--beyond {given}: {difference} as in --data");
             }
             beyond.push((name.to_owned(), set));
         }
@@ -80,11 +83,9 @@ impl Inputs {
                 bail!("{flag}: this build has no MuJoCo to swim in");
             }
             let found = Rollouts::load(folder)?;
-            if found.index.features != *features {
-                bail!(
-                    "{flag} {}: its features are not those of --data",
-                    folder.display()
-                );
+            let theirs = found.index.features.features();
+            if let Some(difference) = Difference::find("feature", theirs, features.features()) {
+                bail!("{flag} {}: {difference} as in --data", folder.display());
             }
             let trained = (first.folder(), water);
             if let Some(warning) = other_water(trained, (folder, found.index.water.as_ref())) {

@@ -50,9 +50,27 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     };
     tables::write(args, &inputs, &plan, &folder)?;
     if !failed.is_empty() {
-        bail!("{} jobs failed: {}", failed.len(), failed.join("; "));
+        bail!(
+            "{} of {} jobs failed: {}",
+            failed.len(),
+            plan.jobs.len(),
+            listed(&failed)
+        );
     }
     Ok(())
+}
+
+/// Messages of failed jobs that the last message holds; each was shown when its job failed.
+const SHOWN: usize = 3;
+
+/// The first messages, and how many more there are.
+fn listed(failed: &[String]) -> String {
+    let shown = failed.iter().take(SHOWN).map(hydro_files::short);
+    let shown = shown.collect::<Vec<_>>().join("; ");
+    match failed.len().saturating_sub(SHOWN) {
+        0 => shown,
+        more => format!("{shown}; and {more} more"),
+    }
 }
 
 /// One line a job.
@@ -72,4 +90,17 @@ fn list(args: &Args, inputs: &Inputs, plan: &Plan, folder: &Folder) -> anyhow::R
         say!("{job}{}", if done { "  done" } else { "" });
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::listed;
+
+    #[test]
+    fn three_failed_jobs_are_told_and_the_others_counted() {
+        let failed = ["a", "b", "c", "d", "e"].map(str::to_owned);
+        assert_eq!(listed(&failed[..3]), "a; b; c");
+        assert_eq!(listed(&failed), "a; b; c; and 2 more");
+        assert!(listed(&["y".repeat(100_000)]).len() < 400);
+    }
 }

@@ -93,7 +93,7 @@ pub(super) fn run(
 }
 
 /// Last lines of a failed job's output that its message holds.
-const LAST_LINES: usize = 3;
+const LAST_LINES: usize = 2;
 
 /// Processes of the jobs under way.
 #[derive(Default)]
@@ -188,7 +188,7 @@ fn child(
     if let Some(stderr) = child.stderr.take() {
         for line in BufReader::new(stderr).lines().map_while(Result::ok) {
             words(&line);
-            last.push_back(line);
+            last.push_back(hydro_files::short(line));
             if last.len() > LAST_LINES {
                 last.pop_front();
             }
@@ -197,8 +197,11 @@ fn child(
     running.remove(pid);
     let status = child.wait().with_context(|| format!("waiting for {job}"))?;
     if !status.success() {
-        let last: Vec<String> = last.into();
-        bail!("{job} failed ({status}): {}", last.join(" / "));
+        let last = match Vec::from(last).join(" / ") {
+            none if none.is_empty() => "none".to_owned(),
+            last => last,
+        };
+        bail!("{job} failed ({status}); its last lines: {last}");
     }
     Ok(())
 }

@@ -250,7 +250,8 @@ fn engines(
             }
             _ => continue,
         };
-        let engine = checkpoint.engine(EngineKind::Fused, None)?;
+        let engine = (checkpoint.engine(EngineKind::Fused, None))
+            .with_context(|| format!("the model {} on {data}", entry.id))?;
         found.push((entry.id.to_owned(), engine));
     }
     Ok(found)

@@ -10,6 +10,7 @@ use hydro_effects::{Id, own};
 use hydro_effects::{Target, TargetKind, did_you_mean::hint, effect};
 #[cfg(mujoco_plugins)]
 use hydro_gap::plant::PlantDescription;
+use hydro_model::document::{listed, names_in};
 
 /// Most files of a folder.
 const MOST: usize = 32;
@@ -44,7 +45,11 @@ pub(super) fn load(folder: &Path) -> anyhow::Result<Vec<Id>> {
         }
     }
     if files.is_empty() {
-        bail!("{}: no file NAME.toml", place());
+        bail!(
+            "{}: no file NAME.toml, expected one at least; there are: {}",
+            place(),
+            listed(&names_in(folder))
+        );
     }
     files.sort();
     files.iter().map(|path| read(path)).collect()
@@ -81,31 +86,43 @@ pub(super) fn recall(definitions: &BTreeMap<String, String>) -> anyhow::Result<(
 pub(super) fn fit(ids: &[Id], model: &PlantDescription) -> anyhow::Result<()> {
     for id in ids {
         let own = effect(*id);
-        let mut targets: Vec<&str> = Vec::new();
+        let mut targets: Vec<String> = Vec::new();
         match own.card().target {
             TargetKind::Body => {
                 let moving = model.bodies.iter().filter(|body| body.moves);
-                targets.extend(moving.map(|body| body.name.as_str()));
+                targets.extend(moving.map(|body| body.name.clone()));
             }
             _ => {
                 let joints = model.joints.iter();
                 let fitting = joints.filter(|of| own.applies_to(&Target::Joint(of.scale.clone())));
-                targets.extend(fitting.map(|joint| joint.name.as_str()));
+                targets.extend(fitting.map(|joint| joint.name.clone()));
             }
         }
         if targets.is_empty() {
-            bail!("{id}: the model has nothing that it could act on");
+            let bodies = model.bodies.iter().map(|body| {
+                let kind = if body.moves { "moving" } else { "fixed" };
+                format!("{kind} body {}", body.name)
+            });
+            let joints = model.joints.iter().map(|joint| {
+                let kind = if joint.scale.slides { "slide" } else { "hinge" };
+                format!("{kind} {}", joint.name)
+            });
+            let there: Vec<String> = bodies.chain(joints).collect();
+            bail!(
+                "{id}: the model has nothing that it could act on; it has: {}",
+                listed(&there)
+            );
         }
-        let actuators: Vec<&str> = model.actuators.iter().map(|of| of.name.as_str()).collect();
+        let actuators: Vec<String> = model.actuators.iter().map(|of| of.name.clone()).collect();
         for (word, wanted, known) in [
             ("targets", own.only_on(), &targets),
             ("[commands]", own.commands(), &actuators),
         ] {
-            if let Some(found) = wanted.iter().find(|name| !known.contains(&name.as_str())) {
+            if let Some(found) = wanted.iter().find(|name| !known.contains(name)) {
                 bail!(
                     "{id}: {word}: the model has no `{found}` that fits{}; it has: {}",
-                    hint(found, known.iter().copied()),
-                    known.join(", ")
+                    hint(found, known.iter().map(String::as_str)),
+                    listed(known)
                 );
             }
         }
@@ -129,7 +146,10 @@ mod tests {
     fn a_folder_is_read_in_order_and_faults_name_the_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
-        assert!(refusal(path).contains("no file NAME.toml"));
+        fs::write(path.join("drag.tml"), SPRING).unwrap();
+        assert!(
+            refusal(path).contains("no file NAME.toml, expected one at least; there are: drag.tml")
+        );
         assert!(refusal(&path.join("none")).contains("--effects"));
         fs::write(path.join("b.toml"), SPRING).unwrap();
         fs::write(path.join("a.toml"), SPRING).unwrap();
@@ -199,7 +219,7 @@ mod tests {
         assert!(
             said(&hinge)
                 .unwrap_err()
-                .contains("nothing that it could act on")
+                .contains("nothing that it could act on; it has: moving body hull")
         );
     }
 }

@@ -26,6 +26,7 @@ use super::{
     candidate::{Candidate, parameter_names, patched_candidate, record_refitted},
     flags::Flags,
     inputs::{Inputs, own_effects},
+    left_out::LeftOut,
     own_effects::fit,
     pipeline::{self, HeldOutInput, Reached, Stage, Stages},
     residual_candidate,
@@ -71,6 +72,7 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
         inputs: folder.provenance.inputs.clone(),
         signature: signature(plant.description()),
         remarks: RefCell::default(),
+        left_out: RefCell::default(),
     };
     // In this order, because each borrows from the one before.
     let (problem, followed) = (OnceCell::new(), OnceCell::new());
@@ -229,11 +231,16 @@ struct Session<'a> {
     signature: Signature,
     /// Remarks on the trials read last.
     remarks: RefCell<Vec<String>>,
+    /// Signals that are not compared.
+    left_out: RefCell<LeftOut>,
 }
 
 impl<'a> Session<'a> {
     fn problem(&self, watch: &Watch<'_>) -> anyhow::Result<Problem<'a>> {
         let trials = self.read(&self.inputs.fit_trials())?;
+        for line in self.left_out.borrow().lines() {
+            eprintln!("{line}");
+        }
         let problem = Problem::prepare(self.plant, trials, self.settings.clone(), watch)?;
         Ok(problem.with_likelier_commands(watch)?)
     }
@@ -253,6 +260,7 @@ impl<'a> Session<'a> {
             };
             let (trial, remarks) = trial::read_listed(file, &self.signature)?;
             for remark in remarks {
+                self.left_out.borrow_mut().note(&remark.kind);
                 noticed.entry(remark.text).or_default().push(name.clone());
             }
             trials.push(trial);

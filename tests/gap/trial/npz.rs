@@ -1,6 +1,6 @@
 //! Archives: what is accepted, said and refused.
 
-use std::fs;
+use std::{fs, path::Path};
 
 use hydro_gap::trial::{Part, RemarkKind, read};
 use zip::CompressionMethod;
@@ -191,6 +191,64 @@ fn arrays_of_other_kinds_and_lying_headers_are_refused() {
         &npy(&plain("<U1", "()"), b"\x00\xd8\x00\x00"),
     );
     refused(&path, &["control_signal_mapping"]);
+}
+
+/// Sizes that the directory of an archive states for a member, little-endian: its signature, then at byte 20 the compressed
+/// size, at 24 that of the content, at 46 the name.
+fn stating(path: &Path, member: &str, at: usize, size: u32) {
+    let mut bytes = fs::read(path).unwrap();
+    let entry = bytes.windows(46 + member.len()).position(|window| {
+        window.starts_with(b"PK\x01\x02") && window.ends_with(member.as_bytes())
+    });
+    let place = entry.unwrap() + at;
+    bytes[place..place + 4].copy_from_slice(&size.to_le_bytes());
+    fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn an_array_that_inflates_is_held_to_its_stated_size_and_that_to_its_bytes() {
+    let array = |descr: &str, count: u32, zeros: usize| {
+        let header =
+            format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({count},), }}\n");
+        let bytes = npy(&header, &vec![0; zeros]);
+        let size = bytes.len() as u32;
+        let (folder, path) = with_raw("control_times", &bytes);
+        (folder, path, size)
+    };
+    // 64 MiB in 64 kB, of a header that states 32 bytes: the directory states so too, or tells the truth.
+    let (_folder, path, size) = array("<f8", 4, 1 << 26);
+    assert!(fs::metadata(&path).unwrap().len() < 1 << 17);
+    refused(
+        &path,
+        &["control_times", "shape [4]", &format!("{size} bytes")],
+    );
+    stating(&path, "control_times.npy", 24, size - (1 << 26) + 32);
+    refused(&path, &["control_times", "larger than its declared"]);
+    // A header and a directory that state 800 MB over nothing, whatever size they give the nothing.
+    let (_folder, path, size) = array("<f8", 100_000_000, 0);
+    stating(&path, "control_times.npy", 24, size + 800_000_000);
+    let parts = ["control_times", "800000", "compressed ones hold"];
+    refused(&path, &parts);
+    stating(&path, "control_times.npy", 20, 1_000_000);
+    refused(&path, &parts);
+    // Truth in all places: 128 MiB of single bytes in 128 kB, which are 1 GiB of numbers.
+    let (_folder, path, _) = array("|i1", (1 << 27) + 1, (1 << 27) + 1);
+    assert!(fs::metadata(&path).unwrap().len() < 1 << 18);
+    refused(
+        &path,
+        &[
+            "control_times",
+            "shape [134217729]",
+            "expected 1073741824 bytes at most",
+        ],
+    );
+    // As many strings of no length, which take no byte of the file.
+    let header = "{'descr': '<U0', 'fortran_order': False, 'shape': (9999999999999,), }\n";
+    let (_folder, path) = with_raw("control_signal_mapping", &npy(header, b""));
+    refused(
+        &path,
+        &["control_signal_mapping", "larger than an array may be"],
+    );
 }
 
 #[test]

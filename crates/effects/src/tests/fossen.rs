@@ -325,8 +325,15 @@ fn what_is_no_table_is_refused_by_name() {
     let cases = [
         ("X_udot = ", "neither TOML nor JSON"),
         ("{\"X_udot\": }", "neither TOML nor JSON"),
-        ("", "no hydrodynamic derivative"),
-        ("convention = \"ned\"", "no hydrodynamic derivative"),
+        (
+            "",
+            "no hydrodynamic derivative; expected names such as X_udot, Y_rdot (added mass)",
+        ),
+        ("", "it has: none"),
+        (
+            "point = [0, 0, 0]\nconvention = \"ned\"",
+            "it has: convention, point",
+        ),
         (
             "convention = \"enu\"\nX_u = -1",
             "`convention` is \"enu\", expected \"ned\"",

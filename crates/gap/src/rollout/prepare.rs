@@ -21,6 +21,10 @@ use crate::{
     trial::Trial,
 };
 
+/// Most numbers a row: every one brings candidate effects of its own, and memory grows with their square (4 trials of a
+/// second: 0.2, 0.5, 3.1 GB with 25, 50, 100 numbers).
+const MOST_CHANNELS: usize = 128;
+
 impl<'a> Problem<'a> {
     /// Estimates noise where none is declared, and the motion of every trial.
     ///
@@ -44,6 +48,7 @@ impl<'a> Problem<'a> {
                 sensors: model.sensors.iter().map(|s| s.name.clone()).collect(),
             });
         }
+        check_count(&channels)?;
         check_forces(model, &channels, &trials)?;
         let settings = Settings {
             options: settings.options.for_rows(finest_period(&trials)),
@@ -141,6 +146,22 @@ impl<'a> Problem<'a> {
     }
 }
 
+/// Refuses trials that take more memory than there is.
+fn check_count(channels: &Channels) -> Result<(), GapError> {
+    if channels.len() <= MOST_CHANNELS {
+        return Ok(());
+    }
+    let mut sensors: Vec<String> = (channels.list.iter())
+        .map(|channel| channel.sensor.clone())
+        .collect();
+    sensors.dedup();
+    Err(GapError::TooMuchMeasured {
+        found: channels.len(),
+        most: MOST_CHANNELS,
+        sensors,
+    })
+}
+
 /// Refuses trials in which nothing could show that the model is wrong.
 fn check_forces(
     model: &PlantDescription,
@@ -177,4 +198,20 @@ fn is_excited(trial: &MeasuredTrial) -> bool {
     let mut rows = trial.control.data.chunks_exact(width);
     let first = rows.next().unwrap_or(&[]);
     rows.any(|row| row.iter().zip(first).any(|(a, b)| a.is_finite() && a != b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ten_thousand_sensors_are_too_many() {
+        assert!(check_count(&Channels::alike(MOST_CHANNELS, 0.1)).is_ok());
+        let said = check_count(&Channels::alike(10_000, 0.1));
+        let said = said.map_err(|fault| fault.to_string());
+        assert!(said.is_err_and(|said| said.contains("10000 numbers a row")
+            && said.contains("`sensor_0`")
+            && said.contains("and 9960 more")
+            && said.contains("at most 128")));
+    }
 }

@@ -53,7 +53,7 @@ fn readings_of_no_sensor_of_the_model_are_nothing_to_compare() {
             .replace("attitude", "pose");
     }
     let said = fault(&RigidBody::new(), strange);
-    for part in ["trial 0", "position, attitude, dvl, gyro"] {
+    for part in ["trial 0", "`position`, `attitude`, `dvl`, `gyro`"] {
         assert!(said.contains(part), "{said}");
     }
 }

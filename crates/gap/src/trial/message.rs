@@ -14,7 +14,7 @@ pub(super) fn counted(count: impl Into<u64>, thing: &str) -> String {
 }
 
 /// Names for a message: `a`, `b`, ... or "none".
-pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
+pub(crate) fn listed<S: AsRef<str>>(names: &[S]) -> String {
     if names.is_empty() {
         return "none".to_owned();
     }

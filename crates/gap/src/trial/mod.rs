@@ -25,7 +25,7 @@ mod error;
 mod file_name;
 mod kinds;
 mod list;
-mod message;
+pub(crate) mod message;
 mod npz;
 mod npz_arrays;
 mod read;

@@ -1,9 +1,8 @@
 //! Writing a trial, for every format: checks before, and a file that is there whole or not at all.
 
 use std::{
-    fs::{File, Permissions},
+    fs::File,
     io::{BufWriter, Result},
-    os::unix::fs::PermissionsExt as _,
     path::Path,
 };
 
@@ -49,26 +48,15 @@ fn fault(series: &Series) -> Option<String> {
     Some(format!("two columns named `{}`", twice[0]))
 }
 
-/// Lets `fill` write a file beside `path` and moves it there, so that `path` never holds half a trial.
+/// Lets `fill` write the file through a buffer, so that `path` never holds half a trial.
 pub(super) fn whole(
     path: &Path,
     fill: impl FnOnce(BufWriter<&mut File>) -> Result<()>,
 ) -> std::result::Result<(), TrialError> {
-    let io = |source: std::io::Error| TrialError::Io {
-        path: path.to_owned(),
-        reason: source.to_string(),
-    };
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut file = tempfile::Builder::new()
-        .prefix(".trial-")
-        // The usual permissions less what the user withholds; a temporary file has fewer.
-        .permissions(Permissions::from_mode(0o666))
-        .tempfile_in(folder)
-        .map_err(io)?;
-    fill(BufWriter::new(file.as_file_mut())).map_err(io)?;
-    file.persist(path).map_err(|error| io(error.error))?;
-    Ok(())
+    hydro_files::write_whole_with(path, |file| fill(BufWriter::new(file))).map_err(|source| {
+        TrialError::Io {
+            path: path.to_owned(),
+            reason: source.to_string(),
+        }
+    })
 }

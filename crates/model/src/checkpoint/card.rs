@@ -12,6 +12,7 @@ use crate::{
     document::{self, Fault, hexadecimal},
     encoding::Encoder,
     envelope::Envelope,
+    error::ModelError,
     features::FeatureLayout,
     normaliser::Normaliser,
     solver::Solver,
@@ -142,6 +143,14 @@ pub(super) fn parse_card(bytes: &[u8], path: &Path) -> Result<Card, CheckpointEr
     })
 }
 
+/// The refusal of a model that no card can describe.
+pub(super) fn model_fault(path: &Path, error: &ModelError) -> CheckpointError {
+    CheckpointError::Card {
+        path: path.to_owned(),
+        reason: hydro_files::short(error),
+    }
+}
+
 /// Refuses a card whose parts do not fit together.
 pub(super) fn check_card(card: &Card, path: &Path) -> Result<(), CheckpointError> {
     let refuse = |reason: String| {
@@ -150,9 +159,12 @@ pub(super) fn check_card(card: &Card, path: &Path) -> Result<(), CheckpointError
             reason: hydro_files::short(reason),
         })
     };
-    card.model.check()?;
-    card.model.check_solver(card.solver)?;
-    card.model.check_features(&card.features)?;
+    let model = &card.model;
+    model
+        .check()
+        .and_then(|()| model.check_solver(card.solver))
+        .and_then(|()| model.check_features(&card.features))
+        .map_err(|error| model_fault(path, &error))?;
     let inputs = Encoder::new(card.model.encoding(), &card.features).len();
     if card.outputs.is_empty() {
         return refuse("outputs is empty".to_owned());

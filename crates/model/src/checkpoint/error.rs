@@ -114,6 +114,16 @@ pub enum CheckpointError {
         /// The value.
         value: f32,
     },
+    /// A weight that the tensor library cannot read.
+    #[error("{}: tensor `{name}`: {reason}", path.display())]
+    Tensor {
+        /// The weights.
+        path: PathBuf,
+        /// Its name.
+        name: String,
+        /// The library's words.
+        reason: String,
+    },
     /// The model could not be built.
     #[error(transparent)]
     Model(#[from] ModelError),

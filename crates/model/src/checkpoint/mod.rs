@@ -32,7 +32,6 @@ use crate::{
     document::{hexadecimal, names_in},
     encoding::Encoder,
     engine::{Engine, EngineKind},
-    error::ModelError,
     force_model::ForceModel,
     parameters,
     solver::Solver,
@@ -191,7 +190,7 @@ impl Checkpoint {
         hash.update(serde_json::to_vec(&card).unwrap_or_default());
         for (name, tensor) in &self.weights {
             hash.update(name);
-            for value in numbers(tensor).unwrap_or_default() {
+            for value in numbers(tensor, Path::new(WEIGHTS), name).unwrap_or_default() {
                 hash.update(value.to_le_bytes());
             }
         }
@@ -207,7 +206,8 @@ impl Checkpoint {
         let path = folder.join(WEIGHTS);
         // The card's sizes are held against the tensors that are there: nothing of these sizes is made.
         let inputs = Encoder::new(card.model.encoding(), &card.features).len();
-        let expected = shapes::shapes(&card.model, inputs, card.outputs.len())?;
+        let expected = shapes::shapes(&card.model, inputs, card.outputs.len())
+            .map_err(|error| card::model_fault(&folder.join(CARD), &error))?;
         for (name, shape) in &expected {
             let Some(tensor) = weights.get(name) else {
                 return Err(CheckpointError::MissingTensor {
@@ -225,7 +225,7 @@ impl Checkpoint {
                     expected: shape.clone(),
                 });
             }
-            let values = numbers(tensor).map_err(ModelError::from)?;
+            let values = numbers(tensor, &path, name)?;
             if let Some(index) = values.iter().position(|value| !value.is_finite()) {
                 return Err(CheckpointError::NonFinite {
                     path,

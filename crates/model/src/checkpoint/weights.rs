@@ -6,19 +6,30 @@ use candle_core::{Device, Tensor};
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 
 use super::{error::CheckpointError, files::WEIGHTS};
-use crate::error::ModelError;
 
-/// Values of a tensor, row by row.
-pub(super) fn numbers(tensor: &Tensor) -> candle_core::Result<Vec<f32>> {
-    tensor.flatten_all()?.to_vec1::<f32>()
+/// Values of a tensor, row by row; `path` and `name` say where it is.
+pub(super) fn numbers(
+    tensor: &Tensor,
+    path: &Path,
+    name: &str,
+) -> Result<Vec<f32>, CheckpointError> {
+    let values = tensor.flatten_all().and_then(|flat| flat.to_vec1::<f32>());
+    values.map_err(|error| unreadable(path, name, &error))
+}
+
+fn unreadable(path: &Path, name: &str, error: &candle_core::Error) -> CheckpointError {
+    CheckpointError::Tensor {
+        path: path.to_owned(),
+        name: hydro_files::short(name),
+        reason: hydro_files::short(error),
+    }
 }
 
 /// The bytes of a file that holds them.
 pub(super) fn serialise(weights: &BTreeMap<String, Tensor>) -> Result<Vec<u8>, CheckpointError> {
     let mut bytes = Vec::new();
     for (name, tensor) in weights {
-        let values: Vec<u8> = numbers(tensor)
-            .map_err(ModelError::from)?
+        let values: Vec<u8> = numbers(tensor, Path::new(WEIGHTS), name)?
             .iter()
             .flat_map(|value| value.to_le_bytes())
             .collect();
@@ -60,8 +71,8 @@ pub(super) fn parse(
             }
             let (words, _) = view.data().as_chunks::<4>();
             let values: Vec<f32> = words.iter().map(|word| f32::from_le_bytes(*word)).collect();
-            let tensor =
-                Tensor::from_vec(values, view.shape(), &Device::Cpu).map_err(ModelError::from)?;
+            let tensor = Tensor::from_vec(values, view.shape(), &Device::Cpu)
+                .map_err(|error| unreadable(path, name, &error))?;
             Ok((name.to_owned(), tensor))
         })
         .collect()

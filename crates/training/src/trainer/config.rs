@@ -2,6 +2,7 @@
 
 use hydro_model::{Adjoint, AttentionOdeConfig, ModelConfig, Outputs, Solver};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::TrainError;
 
@@ -87,6 +88,14 @@ impl Default for TrainConfig {
 }
 
 impl TrainConfig {
+    /// First setting that is not the one of `expected`, for a message; `None` where all are the same.
+    pub fn difference(&self, expected: &Self) -> Option<String> {
+        // Settings are plain data with text keys; they always serialise.
+        let [found, expected] =
+            [self, expected].map(|config| serde_json::to_value(config).unwrap_or_default());
+        difference("", &found, &expected)
+    }
+
     /// Refuses what cannot be trained, before any work.
     pub fn check(&self) -> Result<(), TrainError> {
         self.model.check()?;
@@ -156,6 +165,28 @@ impl TrainConfig {
         }
         Ok(())
     }
+}
+
+/// First value that differs, with the names that lead to it.
+fn difference(place: &str, found: &Value, expected: &Value) -> Option<String> {
+    if let (Value::Object(ours), Value::Object(theirs)) = (found, expected) {
+        let mut names: Vec<&String> = ours.keys().chain(theirs.keys()).collect();
+        names.sort();
+        names.dedup();
+        return names.into_iter().find_map(|name| {
+            let inside = match place {
+                "" => name.clone(),
+                place => format!("{place}.{name}"),
+            };
+            let value = |of: &serde_json::Map<String, Value>| of.get(name).cloned();
+            let [ours, theirs] = [ours, theirs].map(|of| value(of).unwrap_or_default());
+            difference(&inside, &ours, &theirs)
+        });
+    }
+    (found != expected).then(|| {
+        let [found, expected] = [found, expected].map(hydro_files::short);
+        format!("{place} is {found}, expected {expected}")
+    })
 }
 
 #[cfg(test)]

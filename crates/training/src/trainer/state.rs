@@ -3,7 +3,10 @@
 use std::{collections::BTreeMap, path::Path};
 
 use candle_core::{Device, Tensor};
-use hydro_model::{Parameters, document::hexadecimal};
+use hydro_model::{
+    Parameters,
+    document::{digest_difference, hexadecimal},
+};
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
@@ -205,11 +208,13 @@ pub(super) fn load(
             header.schema
         )));
     }
-    if header.config != *config {
-        return Err(refuse("it was made with other settings".to_owned()));
+    if let Some(difference) = header.config.difference(config) {
+        return Err(refuse(format!("made with other settings: {difference}")));
     }
-    if header.dataset != dataset {
-        return Err(refuse("it was made with another data set".to_owned()));
+    if let Some(difference) = digest_difference(&header.dataset, dataset) {
+        return Err(refuse(format!(
+            "made with another data set: its manifest.json has {difference}"
+        )));
     }
     let values = |name: String, count: usize| {
         let view = tensors

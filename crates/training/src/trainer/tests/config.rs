@@ -96,3 +96,36 @@ fn settings_survive_json_and_unknown_ones_are_refused() {
         "{error}"
     );
 }
+
+#[test]
+fn the_first_setting_that_differs_is_named() {
+    let expected = TrainConfig::default();
+    assert_eq!(expected.difference(&expected), None);
+    type Change = fn(&mut TrainConfig);
+    let cases: [(Change, &str); 4] = [
+        (|c| c.epochs = 3, "epochs is 3, expected 40"),
+        (
+            |c| c.trajectories = Some(7),
+            "trajectories is 7, expected null",
+        ),
+        (
+            |c| {
+                c.model = ModelConfig::AttentionOde(AttentionOdeConfig {
+                    heads: 1,
+                    ..AttentionOdeConfig::default()
+                });
+            },
+            "heads is 1, expected",
+        ),
+        (
+            |c| c.model = ModelConfig::Mlp(hydro_model::MlpConfig::default()),
+            "model.",
+        ),
+    ];
+    for (change, words) in cases {
+        let mut found = TrainConfig::default();
+        change(&mut found);
+        let text = found.difference(&expected).expect("a difference");
+        assert!(text.contains(words), "{text}");
+    }
+}

@@ -553,7 +553,25 @@ fn a_state_of_other_settings_or_of_nothing_is_refused() {
     .expect("a trainer");
     let message = other.resume(&run).expect_err("other settings").to_string();
     assert!(
-        message.contains("made with other settings; remove it or start in another folder"),
+        message.contains(
+            "made with other settings: epochs is 1, expected 2; remove it or start in another folder"
+        ),
+        "{message}"
+    );
+    let mut elsewhere = Trainer::new(
+        TrainConfig {
+            epochs: 1,
+            ..config()
+        },
+        &dataset,
+    )
+    .expect("a trainer");
+    let made_of = elsewhere.dataset_sha256[..8].to_owned();
+    elsewhere.dataset_sha256 = "0".repeat(64);
+    let message = elsewhere.resume(&run).expect_err("other data").to_string();
+    let digests = format!("has the sha256 {made_of}..., expected 00000000...; remove it");
+    assert!(
+        message.contains("another data set: its manifest.json") && message.contains(&digests),
         "{message}"
     );
     let bytes = fs::read(run.join(STATE)).expect("read");
@@ -574,6 +592,27 @@ fn a_state_of_other_settings_or_of_nothing_is_refused() {
             .contains("not a training state")
     );
     assert!(!other.resume(&run.join("nowhere")).expect("none there"));
+}
+
+#[test]
+fn a_split_without_a_trajectory_is_refused_before_any_work() {
+    for split in ["train", "val"] {
+        let (root, dataset, _) = fixture();
+        let path = dataset.folder().join("manifest.json");
+        let bytes = fs::read(&path).expect("read");
+        let mut manifest: serde_json::Value = serde_json::from_slice(&bytes).expect("JSON");
+        manifest["splits"][split] = serde_json::json!({"trajectories": 0, "shards": []});
+        fs::write(&path, manifest.to_string()).expect("written");
+        let dataset = Dataset::open(dataset.folder()).expect("a data set");
+        let error = Trainer::new(config(), &dataset).expect_err("no trajectory");
+        let text = error.to_string();
+        let folder = root.path().display().to_string();
+        assert!(
+            text.contains(&format!("the {split} split of {folder}"))
+                && text.contains("is empty: it needs a trajectory at least"),
+            "{text}"
+        );
+    }
 }
 
 #[test]
