@@ -175,8 +175,12 @@ def _shaped(name: str, value: ArrayLike, shape: tuple[int, ...], kind: type = fl
     array: np.ndarray = np.asarray(value, kind)
     if array.shape != shape:
         raise DataError(f"{name} has shape {array.shape}; expected {shape}")
-    if not np.isfinite(array).all():
-        raise DataError(f"{name} has numbers that are not finite")
+    odd = np.argwhere(~np.isfinite(array))
+    if len(odd):
+        raise DataError(
+            f"{name}{odd[0].tolist()} is {array[tuple(odd[0])]}, the first of {len(odd)} of {array.size} numbers that "
+            "are not finite; expected finite ones"
+        )
     return array
 
 

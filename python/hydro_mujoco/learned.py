@@ -1,6 +1,5 @@
 """A scene with a checkpoint in place of the water that it was recorded in."""
 
-import json
 import os
 from pathlib import Path
 from typing import Literal
@@ -9,6 +8,7 @@ import mujoco
 
 from .errors import DataError
 from .plugin import WRENCH, declare, load_plugin
+from .reading import read_json
 from .record import scene
 from .record import water as waters
 from .recording.kinematics import below, name_of
@@ -53,12 +53,25 @@ def _check_outputs(checkpoint: Path, outputs: str) -> None:
     """Refuse torques of joints that a card does not have."""
     if outputs not in ("wrench", "generalised"):
         raise DataError(f"outputs={outputs!r}: expected 'wrench' or 'generalised'")
-    names = json.loads((checkpoint / "card.json").read_text(encoding="utf-8"))["outputs"]
+    names = _listed(checkpoint, "outputs")
     if outputs == "generalised" and not any(name.startswith("joint_torque.") for name in names):
         raise DataError(
             f"outputs='generalised': {checkpoint} gives the wrench on the base alone ({', '.join(names)}); train one "
             "with outputs='generalised'"
         )
+
+
+def _listed(checkpoint: Path, key: str) -> list[str]:
+    """Names that a checkpoint's card lists."""
+    try:
+        card = read_json(checkpoint / "card.json", f"checkpoint {checkpoint}, card.json")
+    except DataError as error:
+        raise DataError(f"{error}; expected a folder that hydro train wrote") from error
+    if not isinstance(card, dict) or not isinstance(card.get(key), list):
+        raise DataError(
+            f"checkpoint {checkpoint}, card.json: no list `{key}`; expected a folder that hydro train wrote"
+        )
+    return [str(name) for name in card[key]]
 
 
 def _with_checkpoint(
@@ -69,10 +82,7 @@ def _with_checkpoint(
     buoyancy: bool,
     library: Path | None,
 ) -> mujoco.MjSpec:
-    try:
-        features = json.loads((checkpoint / "card.json").read_text(encoding="utf-8"))["features"]
-    except (OSError, ValueError, KeyError) as error:
-        raise DataError(f"checkpoint {checkpoint}: {error}; expected a folder that hydro train wrote") from error
+    features = _listed(checkpoint, "features")
     load_plugin(library)
     source = scene.read(model, library)
     given = source.compiled()

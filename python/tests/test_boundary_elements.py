@@ -81,13 +81,22 @@ def test_a_hull_that_makes_no_waves_has_no_memory():
     assert "radiation" not in file
 
 
+def odd(value, *places):
+    """Matrices with a value at some places."""
+    out = np.zeros((150, 6, 6))
+    for place in places:
+        out[place] = value
+    return out
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
         ({"frequency": W[::-1]}, "ascending numbers above zero"),
         ({"frequency": W[:4]}, "at least 8"),
         ({"added_mass": np.zeros((3, 6, 6))}, r"added_mass has shape \(3, 6, 6\); expected \(150, 6, 6\)"),
-        ({"damping": np.full((150, 6, 6), np.nan)}, "damping has numbers that are not finite"),
+        ({"damping": odd(np.nan, (3, 2, 1), (9, 0, 0))}, r"damping\[3, 2, 1\] is nan, the first of 2 of 5400 numbers"),
+        ({"added_mass": odd(-np.inf, (0, 5, 4))}, r"added_mass\[0, 5, 4\] is -inf.*expected finite ones"),
         ({"excitation": np.zeros((150, 2, 6))}, r"excitation has shape \(150, 2, 6\); expected \(150, 0, 6\)"),
     ],
 )

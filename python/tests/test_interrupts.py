@@ -16,6 +16,8 @@ from hydro_mujoco.recording.interrupts import held_back
 
 #: As on a terminal; a background job of a shell would ignore it.
 HEEDS = {"start_new_session": True, "preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}
+#: Seconds from a Ctrl-C to the end, of the quickest of some attempts: others may have the cores meanwhile.
+MOST, ATTEMPTS = 1.0, 3
 FISH = ["--trials", "4000", "--samples", "200", "--shard-size", "5"]
 CALL = """
 import hydro_mujoco
@@ -40,6 +42,16 @@ def interrupted(child, has_begun, patience=60.0):
     return child.returncode, said, time.monotonic() - start
 
 
+def holds_to_a_second(attempt, folder):
+    """Hold `attempt`, which interrupts a command in a folder and returns its seconds, to MOST."""
+    times = []
+    while len(times) < ATTEMPTS and min(times, default=MOST) >= MOST:
+        place = folder / f"attempt-{len(times)}"
+        place.mkdir()
+        times.append(attempt(place))
+    assert min(times) < MOST, times
+
+
 def left(folder):
     return sorted(path.name for path in folder.iterdir())
 
@@ -47,13 +59,16 @@ def left(folder):
 @pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("by", ["command", "python"])
 def test_recording(tmp_path, workers, by):
-    (tmp_path / "fish.xml").write_text(models.fish())
+    holds_to_a_second(lambda folder: recording(folder, workers, by), tmp_path)
+
+
+def recording(folder, workers, by):
+    (folder / "fish.xml").write_text(models.fish())
     command = [sys.executable, "-m", "hydro_mujoco.record", "--model", "fish.xml", "--out", "data", *FISH]
     words = [*command, "--workers", str(workers)] if by == "command" else [sys.executable, "-c", CALL.format(workers=workers)]  # fmt: skip
-    child = started(words, tmp_path)
-    shards = tmp_path / "data"
+    child = started(words, folder)
+    shards = folder / "data"
     status, said, took = interrupted(child, lambda: len(list(shards.glob("*.safetensors"))) >= 2)
-    assert took < 15, f"{took:.1f} s"
     names = left(shards)
     assert "generation.json" in names and "manifest.json" not in names
     assert all(name.endswith((".safetensors", "generation.json")) for name in names), names
@@ -65,6 +80,7 @@ def test_recording(tmp_path, workers, by):
     else:
         assert lines == ["hydro record: stopped; finished shards are kept in data: go on with resume=True"], said
         assert said.count("Traceback") == said.count("KeyboardInterrupt") == 1, said
+    return took
 
 
 def test_what_was_stopped_goes_on_to_the_same_bytes(tmp_path):
@@ -146,21 +162,26 @@ trials.from_ardupilot("a.bin", model="m.xml", mapping="map.toml", out="out")
 
 @pytest.mark.parametrize("by", ["command", "python"])
 def test_converting(tmp_path, by):
-    logged(tmp_path, 200_000)
+    holds_to_a_second(lambda folder: converting(folder, by), tmp_path)
+
+
+def converting(folder, by):
+    logged(folder, 200_000)
     words = ["-m", "hydro_mujoco.trials", "convert", "a.bin", "--model", "m.xml", "--mapping", "map.toml", "--out", "out"]  # fmt: skip
-    child = started([sys.executable, *(words if by == "command" else ["-c", CONVERT])], tmp_path)
+    child = started([sys.executable, *(words if by == "command" else ["-c", CONVERT])], folder)
 
     def is_open():
         fds = [f"/proc/{child.pid}/fd/{name}" for name in os.listdir(f"/proc/{child.pid}/fd")]
-        return any(os.path.realpath(fd) == str(tmp_path / "a.bin") for fd in fds)
+        return any(os.path.realpath(fd) == str(folder / "a.bin") for fd in fds)
 
     status, said, took = interrupted(child, is_open)
-    assert took < 15 and not (tmp_path / "out").exists()
+    assert not (folder / "out").exists()
     lines = [line for line in said.splitlines() if "stopped" in line]
     if by == "command":
         assert (status, said.strip()) == (130, "trials: stopped; no half-written file is left")
     else:
         assert lines == ["hydro trials: stopped; no half-written file is left"] and said.count("Traceback") == 1, said
+    return took
 
 
 @pytest.mark.parametrize("before", [False, True])

@@ -219,7 +219,7 @@ def test_documents_may_be_files(tmp_path, monkeypatch):
     model = spec.compile()
     assert sea.water(model, "spar").waves.depth == 3.5
     (tmp_path / "sea.json").write_text("{")
-    with pytest.raises(DataError, match="attribute `waves`: .*expected JSON"):
+    with pytest.raises(DataError, match="attribute `waves`, .*sea.json: is no JSON"):
         sea.water(model, "spar")
     (tmp_path / "sea.json").unlink()
     with pytest.raises(DataError, match="attribute `waves`: sea.json is no file any more"):

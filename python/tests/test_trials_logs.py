@@ -399,7 +399,7 @@ def test_a_damaged_bag_is_refused(folder, tmp_path):
     with pytest.raises(DataError, match=r"no ROS bag that can be read.*cut/in_mcap.mcap is read up to the cut"):
         open_log(tmp_path / "cut").read(WANTED)
     os.mkfifo(tmp_path / "pipe.csv")
-    with pytest.raises(DataError, match="neither a file nor a folder"):
+    with pytest.raises(DataError, match="pipe.csv: is a pipe; expected a file"):
         open_log(tmp_path / "pipe.csv")
 
 

@@ -1,9 +1,10 @@
 """The answer of `hydro gap` as records."""
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+from ..reading import read_json
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class Case:
 def case(out: Path, verdict: dict[str, Any]) -> Case:
     """A case of the verdict that the program printed for this folder of results."""
     # An effect may be named on one body and be a rival on another: what was written says which is which.
-    written = json.loads((out / "add.json").read_text(encoding="utf-8")) or {"effects": []}
+    written = read_json(out / "add.json") or {"effects": []}
     added = {(entry["effect"], entry["target"]) for entry in written["effects"] if entry["effect"] in verdict["named"]}
     named = [_effect(entry) for entry in verdict["effects"] if (entry["effect"], entry["target"]) in added]
     patch = verdict.get("patch")

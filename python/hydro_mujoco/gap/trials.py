@@ -10,14 +10,15 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from ..errors import DataError
-from ..recording.files import npz_bytes
+from ..reading import opened
+from ..recording.files import npz_bytes, sha256
 
 #: Dimensions of the arrays of a trial: those that it must have, those that it may have.
 REQUIRED = {"control_times": 1, "control_data": 2, "sensordata_times": 1, "sensordata_data": 2}
 OPTIONAL = {"initial_state": 1, "state_times": 1, "state_data": 2}
 MAPPINGS = ("control_signal_mapping", "sensordata_signal_mapping", "state_signal_mapping")
-#: Of the file formats.
-SUFFIXES = (".npz", ".csv")
+#: Largest file of each format [byte] (crates/gap/src/trial).
+LARGEST = {".npz": 1 << 33, ".csv": 1 << 32}
 
 
 @runtime_checkable
@@ -69,10 +70,15 @@ def _named(trials: Iterable[Trial] | Mapping[str, Trial]) -> dict[str, Trial]:
             raise DataError("trials is one trial's arrays; expected a list of trials, a dict of them, or a folder")
         named = dict(trials)
     else:
-        listed = list(trials)
-        named = {_name(trial, at): trial for at, trial in enumerate(listed)}
-        if len(named) < len(listed):
-            raise DataError("two trials have files of one name; give a dict {name: trial}")
+        named = {}
+        for at, trial in enumerate(trials):
+            name = _name(trial, at)
+            if name in named:
+                raise DataError(
+                    f"trials: two are called `{name}`, {_told(named[name])} and {_told(trial)}; expected names that "
+                    "differ: give a dict {name: trial}"
+                )
+            named[name] = trial
     if not named:
         raise DataError("trials is empty; expected at least one")
     for name in named:
@@ -85,12 +91,21 @@ def _name(trial: Trial, at: int) -> str:
     return Path(trial).stem if isinstance(trial, str | os.PathLike) else f"trial_{at:02}"
 
 
+def _told(trial: Trial) -> str:
+    """A trial in a message: its file, or its type."""
+    return os.fspath(trial) if isinstance(trial, str | os.PathLike) else f"a {type(trial).__name__} without a name"
+
+
 def _write_one(name: str, trial: Trial, folder: Path) -> None:
     if isinstance(trial, str | os.PathLike):
         source = Path(trial)
-        if source.suffix not in SUFFIXES or not source.is_file():
-            raise DataError(f"trial `{name}` is {source}; expected a file .npz or .csv that is there")
-        shutil.copyfile(source, folder / f"{name}{source.suffix}")
+        if source.suffix not in LARGEST:
+            raise DataError(f"trial `{name}` is {source}; expected a file {' or '.join(LARGEST)}")
+        with (
+            opened(source, f"trial `{name}`, {source}", LARGEST[source.suffix]) as file,
+            open(folder / f"{name}{source.suffix}", "xb") as copy,
+        ):
+            shutil.copyfileobj(file, copy)
     elif isinstance(trial, Mapping):
         folder.joinpath(f"{name}.npz").write_bytes(npz_bytes(_arrays(name, trial)))
     elif isinstance(trial, SavesToDisk):
@@ -127,5 +142,6 @@ def _arrays(name: str, trial: Mapping[str, Any]) -> dict[str, np.ndarray[Any, An
     return arrays
 
 
-def _contents(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+def _contents(folder: Path) -> dict[str, str]:
+    """Fingerprints of a folder's files, by name."""
+    return {path.name: sha256(path) for path in folder.iterdir() if path.is_file()}

@@ -1,5 +1,6 @@
 """Jobs in worker processes of this machine."""
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -15,6 +16,11 @@ from .executor import Executor, Work
 
 #: Jobs under way for each worker: one that it does, one that it finds when it is done.
 AHEAD = 2
+#: What is said of a job whose worker is gone; those beside it are lost with it.
+KILLED = (
+    "a worker process was killed, at this job or at one beside it. The system kills one where memory is full: `dmesg` "
+    "tells, and fewer workers need less"
+)
 
 
 class Processes(Executor):
@@ -44,7 +50,7 @@ class Processes(Executor):
         try:
             return self._pool.submit(_do, job)
         except BrokenProcessPool as error:
-            raise JobError(f"{name}: a worker process was killed") from error
+            raise JobError(f"{name}: {KILLED}") from error
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
@@ -55,7 +61,7 @@ class Processes(Executor):
         try:
             return handle.result()
         except BrokenProcessPool as error:
-            raise JobError("a worker process was killed") from error
+            raise JobError(KILLED) from error
 
     def stop(self, running: Mapping[Hashable, str]) -> None:
         if running:
@@ -88,6 +94,8 @@ class _Worker:
     def _stop(self, *_: object) -> None:
         # Not while a result is sent: half of one would leave the parent waiting for the rest.
         self._is_to_stop = True
+        # The process ends sooner where Python does not go through all objects once more.
+        gc.freeze()
         if self._is_at_work:
             raise KeyboardInterrupt
 

@@ -20,6 +20,7 @@ from typing import Any
 
 from ..errors import DataError, Notice
 from ..recording import arguments
+from ..recording.interrupts import ended
 from . import record, water
 
 
@@ -92,7 +93,7 @@ def main(words: list[str] | None = None) -> int:
         return 1
     except KeyboardInterrupt:
         print(f"\nrecord: stopped; finished shards are kept in {args.out}: go on with --resume", file=sys.stderr)
-        return 130
+        return ended()
     counts = ", ".join(f"{split} {part['trajectories']}" for split, part in manifest["splits"].items())
     sizes = ", ".join(f"{name} {std:.3g}" for name, std in zip(manifest["outputs"], manifest["wrench_std"]))
     print(

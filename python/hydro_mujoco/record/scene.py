@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import DataError
 from ..plugin import WRENCH, built_library, load_plugin
+from ..reading import check
 from ..recording.features import Carriage, FreeBase, Joint
 from ..recording.kinematics import below, name_of
 
@@ -71,8 +72,7 @@ def read(model: str | os.PathLike | mujoco.MjSpec, library: Path | None = None) 
     if isinstance(model, mujoco.MjSpec):
         return Source(model.copy(), model.modelname or "(a spec)", Path(model.modelfiledir or "."))
     path = Path(model)
-    if not path.is_file():
-        raise DataError(f"model {path}: no such file")
+    check(path, f"model {path}")
     try:
         spec = _parsed(path, library)
     except ValueError as error:

@@ -20,10 +20,11 @@ from mujoco.batch import Batch
 
 from ..errors import DataError
 from ..plugin import WRENCH, built_library
+from ..reading import read_json
 from ..recording.features import base_from_world
 from ..recording.kinematics import name_of
 from ..recording.system import Compiled
-from .scene import Source
+from .scene import Source, listed
 
 FLUID, EFFECTS, BOTH = "fluid", "effects", "both"
 KINDS = (FLUID, EFFECTS, BOTH)
@@ -105,22 +106,29 @@ def _effects(value: str, folder: Path) -> list[dict]:
     value = value.strip()
     if not value:
         return []
-    text = value
-    if not value.startswith("{"):
-        places: list[str | Path] = [
-            *filter(None, os.environ.get("HYDRO_PATH", "").split(":")),
-            ".",
-            built_library().parent,
-            folder,
-        ]
-        found = next((path for place in places if (path := Path(place, value)).is_file()), None)
-        if found is None:
-            raise DataError(f"effects `{value}`: no such file in {', '.join(map(str, places))}")
-        text = found.read_text(encoding="utf-8")
-    try:
-        return list(json.loads(text)["effects"])
-    except (ValueError, KeyError, TypeError) as error:
-        raise DataError(f"effects `{value[:60]}`: {error}") from error
+    name = f"effects `{value[:60]}`"
+    if value.startswith("{"):
+        try:
+            content = json.loads(value)
+        except (ValueError, RecursionError) as error:
+            raise DataError(f"{name}: is no JSON ({error})") from error
+    else:
+        content = read_json(_file(value, name, folder), name)
+    if not isinstance(content, dict) or not isinstance(content.get("effects"), list):
+        raise DataError(f"{name}: no list `effects`; expected JSON of schema {SCHEMA}")
+    return content["effects"]
+
+
+def _file(value: str, name: str, folder: Path) -> Path:
+    """The file that an attribute names, by the first of the places that has it."""
+    named = os.environ.get("HYDRO_PATH", "").split(":")
+    places = [place for place in (*named, ".", str(built_library().parent), str(folder)) if place]
+    paths = [Path(place, value) for place in places]
+    found = next((path for path in paths if os.path.exists(path)), None)
+    if found is None:
+        there = sorted({file.name for path in paths for file in path.parent.glob("*.json")})
+        raise DataError(f"{name}: no such file in {', '.join(places)}; JSON files there: {listed(there)}")
+    return found
 
 
 def is_learned(effect: dict, buoyancy: bool) -> bool:

@@ -5,7 +5,6 @@ shard. `manifest.json` replaces it when all shards stand.
 """
 
 import hashlib
-import json
 import reprlib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -16,6 +15,7 @@ import numpy as np
 from safetensors import safe_open
 
 from ..errors import DataError
+from ..reading import read_json
 from .files import sha256, write_beside, write_json
 from .lock import locked
 from .progress import Progress
@@ -72,9 +72,9 @@ def entries(counts: dict[str, int], made: list[Shard], hashes: dict[str, str]) -
 def read(path: Path) -> dict:
     """A JSON object of such a folder."""
     try:
-        value = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path}: {error}; start again with --overwrite") from error
+        value = read_json(path)
+    except DataError as error:
+        raise DataError(f"{error}; start again with --overwrite") from error
     if not isinstance(value, dict):
         raise DataError(f"{path}: expected a JSON object; start again with --overwrite")
     return value

@@ -46,7 +46,7 @@ def tree(model: mujoco.MjModel, base: int, wet: Mapping[int, tuple[list[float], 
         links += [{key: link[key] for key in KEYS if key in link} for link in chain]
         places[body] = len(links) - 1, shift
     if len(links) > MOST_LINKS:
-        raise DataError(f"{len(links)} links, {MOST_LINKS} at most")
+        raise DataError(f"body `{name_of(model, base)}` has {len(links)} links; expected {MOST_LINKS} at most")
     return {"links": links}
 
 
@@ -109,8 +109,14 @@ def _hung(
     index, shift = places.get(parent, (None, np.zeros(3)))
     first = model.body_jntadr[body]
     joints = [int(joint) for joint in range(first, first + model.body_jntnum[body])]
-    if any(int(model.jnt_type[joint]) not in KINDS or model.qpos0[model.jnt_qposadr[joint]] for joint in joints):
-        raise DataError(f"body `{name_of(model, body)}`: expected hinges and slides, with ref=0")
+    for joint in joints:
+        where = f"body `{name_of(model, body)}`, joint `{model.joint(joint).name or joint}`"
+        if int(model.jnt_type[joint]) not in KINDS:
+            kind = mujoco.mjtJoint(int(model.jnt_type[joint])).name.removeprefix("mjJNT_").lower()
+            raise DataError(f"{where}: type is {kind}; expected {' or '.join(KINDS.values())}")
+        if ref := float(model.qpos0[model.jnt_qposadr[joint]]):
+            unit = "rad" if int(model.jnt_type[joint]) == HINGE else "m"
+            raise DataError(f"{where}: ref is {ref:g} {unit}; expected 0")
     turn = np.zeros(9)
     mujoco.mju_quat2Mat(turn, model.body_quat[body])
     # The base frame is the root of the tree, whether water acts on the base or not.

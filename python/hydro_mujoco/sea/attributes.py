@@ -10,6 +10,7 @@ import mujoco
 
 from ..errors import DataError
 from ..plugin import attribute, built_library, load_plugin, loaded_copies
+from ..reading import read_json
 from ..recording.kinematics import name_of
 
 #: Folders between a project and its library, at most (src/plugin/search_path.rs).
@@ -53,7 +54,7 @@ def document(model: mujoco.MjModel, instance: int, name: str) -> dict[str, Any] 
     """An attribute that is JSON or the path of a file with it, None where it is not given.
 
     Raises:
-        DataError: the file is gone, or holds no JSON any more.
+        DataError: the file is gone, cannot be read, or holds no JSON any more.
     """
     text = (attribute(model, instance, name) or "").strip()
     if not text:
@@ -62,7 +63,7 @@ def document(model: mujoco.MjModel, instance: int, name: str) -> dict[str, Any] 
         path = find(text)
         if path is None:
             raise DataError(f"attribute `{name}`: {text} is no file any more")
-        text = path.read_text(encoding="utf-8")
+        return read_json(path, f"attribute `{name}`, {path}")
     try:
         return json.loads(text)
     except ValueError as error:

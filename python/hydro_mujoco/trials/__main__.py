@@ -15,6 +15,7 @@ import warnings
 from pathlib import Path
 
 from ..errors import DataError, Notice
+from ..recording.interrupts import ended
 from .convert import STOPPED, convert
 from .log import KINDS, open_log
 from .proposal import propose
@@ -61,7 +62,7 @@ def main(words: list[str] | None = None) -> int:
         return 1
     except KeyboardInterrupt:
         print(f"\ntrials: {STOPPED}", file=sys.stderr)
-        return 130
+        return ended()
 
 
 def _proposed(args: argparse.Namespace) -> int:

@@ -2,12 +2,14 @@
 
 import contextlib
 import functools
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ...errors import DataError
 from ...extras import extra
+from ...reading import check
 from .base import Log, Samples, Topic
 from .extract import Extractor, Lister
 from .progress import bar
@@ -24,12 +26,16 @@ class RosbagLog(Log):
     def __init__(self, path: Path):
         if not path.is_dir():
             refuse_empty(path)
-        elif not (path / METADATA).is_file():
+        elif not os.path.exists(path / METADATA):
             there = ", ".join(sorted(file.name for file in path.iterdir())[:8]) or "nothing"
             raise DataError(
                 f"log {path}: no {METADATA} in the folder (there is {there}); `ros2 bag reindex` writes it, or "
                 "name the .mcap or .db3 file itself"
             )
+        else:
+            check(path / METADATA, f"log {path / METADATA}")
+            for file in (file for file in path.iterdir() if not file.is_dir()):
+                check(file, f"log {file}", most=None)
         super().__init__(path)
         extra("rosbags.highlevel", "rosbags", self.kind)
 

@@ -4,6 +4,7 @@ import io
 from pathlib import Path
 
 from ...errors import DataError
+from ...reading import check
 from .progress import bar
 
 
@@ -48,11 +49,8 @@ class Stream(io.BufferedIOBase):
 
 def refuse_empty(path: Path) -> None:
     """Refuse what is no file, or an empty one."""
-    if not path.exists():
-        raise DataError(f"log {path}: no such file or folder")
     if path.is_dir():
-        raise DataError(f"log {path}: a folder, expected a file; a ROS 2 bag's folder holds metadata.yaml")
-    if not path.is_file():
-        raise DataError(f"log {path}: neither a file nor a folder")
+        raise DataError(f"log {path}: is a folder; expected a file (a ROS 2 bag's folder holds metadata.yaml)")
+    check(path, f"log {path}", most=None)
     if path.stat().st_size == 0:
         raise DataError(f"log {path}: the file is empty")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import DataError
+from ...reading import read_text
 from .. import frames
 from ..model import Model
 from ..units import ATTITUDE, LENGTH, RATE, TIMES, VELOCITY
@@ -35,15 +36,14 @@ def parse(mapping: str | os.PathLike | Dict[str, Any], model: Model) -> Mapping:
     if isinstance(mapping, Dict):
         return _mapping(mapping, "mapping", model)
     path = Path(mapping)
+    name = f"mapping {path}"
+    if not os.path.exists(path):
+        raise DataError(f"{name}: no such file; --dry-run proposes one")
     try:
-        content = tomllib.loads(path.read_text())
-    except FileNotFoundError:
-        raise DataError(f"mapping {path}: no such file; --dry-run proposes one") from None
-    except OSError as error:
-        raise DataError(f"mapping {path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise DataError(f"mapping {path}: no TOML ({error})") from error
-    return _mapping(content, f"mapping {path}", model)
+        content = tomllib.loads(read_text(path, name))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise DataError(f"{name}: no TOML ({error})") from error
+    return _mapping(content, name, model)
 
 
 def _mapping(content: Dict[str, Any], name: str, model: Model) -> Mapping:

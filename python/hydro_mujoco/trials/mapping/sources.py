@@ -104,9 +104,10 @@ def _fields(content: Dict[str, Any], where: str, target: Target) -> tuple[str, .
             f'{where}: {len(fields)} fields given; expected {expected}, "" for a component that the log lacks'
         )
     if target.quantity == ATTITUDE and not all(fields):
-        raise DataError(f"{where}: an attitude needs all of its fields")
+        empty = ", ".join(str(number) for number, path in enumerate(fields, 1) if not path)
+        raise DataError(f"{where}: fields are {fields!r}, number {empty} empty; an attitude needs all {len(fields)}")
     if not any(fields):
-        raise DataError(f"{where}: no field has a name")
+        raise DataError(f'{where}: fields are {fields!r}; expected one at least that is not ""')
     return tuple(fields)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import DataError
+from ...reading import TEXT, read, read_json
 from ..support import refuse
 
 SCHEMA = "hydro-checkpoint/1"
@@ -19,6 +20,8 @@ STEPPED = ("attention-ode", "mlp-ode", "cnode")
 #: Encodings with closed forms of the water's force: asked in twice the range of their training (network.rs).
 CLOSED_FORMS = ("hydrodynamic", "links")
 REACH = 2.0
+#: Largest file of weights [byte]: the most weights of a model, and a header (crates/model/src/checkpoint/mod.rs).
+MOST_BYTES = 4 * (1 << 26) + TEXT
 
 
 @dataclass(frozen=True)
@@ -65,11 +68,9 @@ def read_card(folder: Path, where: str, solver: str = "") -> Card:
     Raises:
         DataError: it is of a kind, or has a setting, that MuJoCo Warp does not get; or the files are gone.
     """
-    try:
-        card = json.loads((folder / "card.json").read_text(encoding="utf-8"))
-        weights = read_weights(folder / "weights.safetensors")
-    except (OSError, ValueError) as error:
-        raise DataError(f"{where}: checkpoint {folder}: {error}") from error
+    name = f"{where}: checkpoint {folder}"
+    card = read_json(folder / "card.json", f"{name}, card.json")
+    weights = read_weights(folder / "weights.safetensors", f"{name}, weights.safetensors")
     where = f"{where}, checkpoint {folder.name}"
     kind, config, solver = card["kind"], card["config"], solver or card["solver"]
     if card["schema"] != SCHEMA:
@@ -116,15 +117,22 @@ def _ranges(card: dict[str, Any], reach: float) -> tuple[np.ndarray, np.ndarray]
     return wide("least", "most", reach), wide("least_force", "most_force", reach**2)
 
 
-def read_weights(path: Path) -> dict[str, np.ndarray]:
-    """The tensors of a file of safetensors, in double precision.
+def read_weights(path: Path, name: str) -> dict[str, np.ndarray]:
+    """The tensors of a file of safetensors, in double precision. name: of the file, for messages.
 
     Raises:
-        OSError, ValueError: there is no such file, or a tensor is not of single precision.
+        DataError: there is no such file, it is none of safetensors, or a tensor is not of single precision.
 
     Source: https://github.com/huggingface/safetensors#format
     """
-    data = path.read_bytes()
+    data = read(path, name, MOST_BYTES)
+    try:
+        return _tensors(data)
+    except (ValueError, RecursionError) as error:
+        raise DataError(f"{name}: {error}") from error
+
+
+def _tensors(data: bytes) -> dict[str, np.ndarray]:
     start = 8 + int.from_bytes(data[:8], "little")
     found = {}
     for name, tensor in json.loads(data[8:start]).items():
