@@ -1,10 +1,24 @@
-"""A boat floats at its draught, follows a swell and is driven ashore by the current; a buoy stays on its mooring.
+"""A boat floats at its draught, rolls, follows a swell and is driven ashore; a buoy stays on its mooring.
 
 python examples/water/boat.py [FOLDER FOR boat.png]
 """
 
 import scene
 from scene import mujoco, np, sea
+
+# In still water: its draught, and its roll after a heel of 2 degrees.
+model, data = scene.load("boat.xml", still=True)
+mujoco.mj_step(model, data, 6000)
+hull = model.geom("hull").id
+corners = data.geom_xpos[hull] + model.mesh_vert[: model.mesh_vertnum[0]] @ data.geom_xmat[hull].reshape(3, 3).T
+mujoco.mju_mulQuat(data.qpos[3:7], data.qpos[3:7].copy(), [np.cos(0.0175), np.sin(0.0175), 0, 0])
+heel, up = [], []
+while len(up) < 6:
+    mujoco.mj_step(model, data)
+    heel.append(data.body("boat").xmat[7])
+    if len(heel) > 1 and heel[-2] < 0 <= heel[-1]:
+        up.append(data.time - model.opt.timestep * heel[-1] / (heel[-1] - heel[-2]))
+print(f"draught {-corners[:, 2].min():.3f} m, period of roll {np.diff(up).mean():.2f} s")
 
 model, data = scene.load("boat.xml")
 water = sea.water(model, "boat")

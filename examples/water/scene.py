@@ -17,9 +17,14 @@ HERE = pathlib.Path(__file__).resolve().parent
 plugin.load_plugin(plugin.built_library("HYDRO_LIBRARY"))
 
 
-def load(name: str, **look):
-    """The model of an MJCF beside this file with a drawn sea, and its data; look: arguments of `sea.add_surface`."""
+def load(name: str, still: bool = False, **look):
+    """The model of an MJCF beside this file with a drawn sea, and its data.
+
+    still: without waves and current. look: arguments of `sea.add_surface`.
+    """
     spec = mujoco.MjSpec.from_file(str(HERE / name))
+    for water in spec.plugins if still else ():
+        water.config = {key: value for key, value in water.config.items() if key not in ("waves", "current")}
     model = sea.add_surface(spec, **look).compile()
     return model, mujoco.MjData(model)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from hydro_tools.baselines import BaselineError, case, library, patched, rollout, sparse, tuning
+from hydro_tools.baselines import BaselineError, case, library, patched, rollout, sparse, tuning, work
 from hydro_tools.baselines.motion import Motion
 from hydro_tools.baselines.settings import METHODS
 
@@ -29,6 +29,15 @@ NOMINAL = """<mujoco><option timestep="0.005" gravity="0 0 0"/><worldbody><body 
 <sensor><jointpos name="place" joint="x" noise="0.001"/><jointvel name="speed" joint="x" noise="0.002"/></sensor>
 </mujoco>"""
 DRAG = 6.0  # N s^2/m^2
+
+
+def as_speeds(path: Path) -> None:
+    """The second of a trial's columns alone."""
+    with np.load(path) as file:
+        log = dict(file)
+    log["sensordata_data"] = log["sensordata_data"][:, 1:]
+    log["sensordata_signal_mapping"] = np.asarray(json.dumps({"speed": [0, [0]]}))
+    np.savez(path, **log)
 
 
 def record(folder: Path, drag: float, seed: int) -> None:
@@ -333,6 +342,33 @@ class Patched(unittest.TestCase):
             before, after, _ = patched.models(place / "nominal.xml", place / "verdict.json")
             log = driven(LAGGED, 100)
             np.testing.assert_array_equal(before(log, 10, 20), after(log, 10, 20))
+
+    def test_a_case_that_does_not_show_its_state_starts_from_its_twin_s(self):
+        blind = NOMINAL.replace('<jointpos name="place" joint="x" noise="0.001"/>', "")
+        with tempfile.TemporaryDirectory() as folder:
+            cases, sealed = Path(folder, "cases"), Path(folder, "sealed")
+            for name, xml in (("twin", NOMINAL), ("blind", blind)):
+                for place, seed in ((cases / name / "trials", 1), (sealed / name / "never_shown", 2)):
+                    place.mkdir(parents=True)
+                    record(place, DRAG, seed)
+                    if name == "blind":
+                        as_speeds(place / f"trial_{seed}.npz")
+                (cases / name / "nominal.xml").write_text(xml)
+                (cases / name / "verdict.json").write_text('{"patch": null}')
+            twins = {"blind": "twin"}
+            self.assertIn("state is not measured", work.one_patched(cases / "blind", cases, sealed, {}))
+            for name in ("twin", "blind"):
+                self.assertIsNone(work.one_patched(cases / name, cases, sealed, twins))
+            own, borrowed = (
+                json.loads((cases / name / "elsewhere.json").read_text())["never_shown"]["per_sensor"]["speed"]
+                for name in ("twin", "blind")
+            )
+            self.assertEqual(own, borrowed)
+            self.assertGreater(own["before"], 0.05)
+            (sealed / "twin" / "never_shown" / "trial_3.npz").write_bytes(
+                (sealed / "twin" / "never_shown" / "trial_2.npz").read_bytes()
+            )
+            self.assertIn("not the same motion", work.one_patched(cases / "blind", cases, sealed, twins))
 
 
 if __name__ == "__main__":

@@ -225,8 +225,8 @@ class Files(unittest.TestCase):
     def test_each_refusal_names_what_was_found(self):
         self.refused("schema is 'hydro-trial/1'; expected 'hydro-gait/1'", lambda c: c.update(schema="hydro-trial/1"))
         self.refused("schema is 'list'", text="[]")
-        self.refused("expected JSON of schema hydro-gait/1", text="{")
-        self.refused("bytes; expected at most", text=" " * (gait_file.LARGEST + 1))
+        self.refused("is no JSON", text="{")
+        self.refused("is 1048577 bytes; expected 1048576 at most", text=" " * (gait_file.LARGEST + 1))
         self.refused("no field 'water'", lambda c: c.pop("water"))
         self.refused("of the robot 'spot' with joints", lambda c: c.update(robot="spot"))
         self.refused("this one is 'b1' with ['FR_hip_joint'", lambda c: c["joints"].reverse())
@@ -241,7 +241,7 @@ class Files(unittest.TestCase):
         self.refused("the digest is not that of its content", lambda c: c["parameters"].update(skew=0.25))
 
     def test_a_file_that_is_not_there(self):
-        with self.assertRaisesRegex(DataError, "No such file"):
+        with self.assertRaisesRegex(DataError, "no such file"):
             gait_file.read(self.path.with_name("none.json"), self.model)
 
 

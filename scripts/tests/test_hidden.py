@@ -505,6 +505,86 @@ class Cases(unittest.TestCase):
             self.assertIn(self.SPECS[0].case_id, run.stderr)
 
 
+class Figures(unittest.TestCase):
+    """Figures of a record that is written by hand."""
+
+    @staticmethod
+    def line(case, system, kind, hidden, named, undecided=(), *, lookalikes=(), said=None):
+        """A case whose effects have the strengths of `hidden`; the verdict lists what it puts forward."""
+        effects = [{"effect": e, "target": "all", "comparable": False, "strength": {"projected": s}} for e, s in hidden]
+        answer = {
+            "kind": kind,
+            "system": system,
+            "effects": effects,
+            "identifiable": kind == "single" and not lookalikes,
+            "lookalikes": list(lookalikes),
+            "twin": None,
+            "strength": {"projected": max((s for _, s in hidden), default=0.0)},
+        }
+        listed = [{"effect": e, "target": "all", "probability": 0.9, "parameters": []} for e in (*named, *undecided)]
+        verdict = {"verdict": said or ("named" if named else "no_gap"), "named": list(named), "effects": listed}
+        verdict["confusion_set"] = list(undecided)
+        return {"case": case, "answer": answer, "methods": {"gap": {"verdict": verdict, "seconds": 1.0}}}
+
+    def table(self, lines, *more):
+        """The figures by name, of the method `gap` beside another one."""
+        for line in lines:
+            line["methods"]["other"] = {"verdict": None, "seconds": None}
+        head = {"schema": "hydro-hidden-record/1", "methods": ["gap", "other"]}
+        record = Path(self.enterContext(tempfile.TemporaryDirectory())) / "record.jsonl"
+        record.write_text("\n".join(json.dumps(line) for line in (head, *lines)))
+        run = _score("--record", record, "--json", *more)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        result = json.loads(run.stdout)
+        return {name: {line["name"]: line for line in of["table"]} for name, of in result.items()}
+
+    def test_others_robots_count_by_the_strongest_effect_and_by_false_names(self):
+        lines = [
+            self.line("a", "fish", "pair", [("current", 20.0), ("payload", 5.0)], ["current"]),
+            self.line("b", "fish", "single", [("payload", 20.0)], ["added_mass"]),
+            self.line("c", "panda", "single", [("joint_damping", 9.0)], [], ["joint_damping", "linear_drag"]),
+            self.line("d", "panda", "single", [("joint_damping", 2.0)], []),
+            self.line("e", "panda", "null", [], []),
+            self.line("f", "vehicle", "null", [], ["waves"]),
+            self.line("f", "random_tree", "null", [], ["waves"]),
+        ]
+        of = self.table(lines)["gap"]
+        share = {name: (of[name]["hits"], of[name]["n"]) for name in of if of[name]["kind"] == "share"}
+        self.assertEqual(share["others' robots: a verdict"], (5, 5))
+        self.assertEqual(share["others' robots: the strongest effect named"], (1, 3))
+        self.assertEqual(share["others' robots: the strongest effect put forward"], (2, 3))
+        self.assertEqual(share["others' robots: no false name"], (4, 5))
+        self.assertEqual(share["two effects: the stronger named"], (1, 1))
+        other = self.table(lines)["other"]
+        self.assertEqual(other["others' robots: a verdict"]["value"], 0.0)
+
+    def test_undecidable_by_construction_or_by_refit_are_one_row(self):
+        twin = self.line("a", "leg", "inseparable", [("linear_drag", 5.0)], [], lookalikes=["quadratic_drag"])
+        twin["answer"]["twin"] = "quadratic_drag"
+        pair = ["actuator_delay", "actuator_lag"]
+        alike = self.line("b", "leg", "single", [("actuator_lag", 5.0)], [], pair, lookalikes=["actuator_delay"])
+        of = self.table([twin, alike])["gap"]
+        self.assertEqual((of["undecidable: the set holds the truth"]["value"], of["false unknown"]["n"]), (0.5, 1))
+        self.assertEqual(of["undecidable by construction: set holds the truth"]["value"], 0.0)
+        self.assertEqual(of["undecidable by refit: set holds the truth"]["value"], 1.0)
+        self.assertEqual(
+            (of["undecidable: size of the set"]["value"], of["undecidable: size of the set"]["n"]), (2.0, 1)
+        )
+
+    def test_the_design_allows_three_in_a_hundred_false_unknowns(self):
+        single = [("current", 20.0)]
+        lines = [self.line(f"{i}", "leg", "single", single, ["current"]) for i in range(24)]
+        lines.append(self.line("x", "leg", "single", single, [], said="unknown"))
+        found = self.table(lines)["gap"]["false unknown"]
+        self.assertEqual((found["value"], found["met"]), (0.04, False))
+
+    def test_one_method_of_a_record(self):
+        lines = [self.line("a", "leg", "null", [], [])]
+        self.assertEqual(list(self.table(lines, "--only", "other")), ["other"])
+        refused = _score("--only", "other", "--cases", "x")
+        self.assertIn("--only needs --record", refused.stderr)
+
+
 def _score(*arguments) -> subprocess.CompletedProcess:
     return subprocess.run(
         [sys.executable, SCRIPTS / "score_hidden.py", *map(str, arguments)], capture_output=True, text=True

@@ -1,6 +1,7 @@
 """The tree of links in a manifest, walked here, against where MuJoCo puts the hulls and how it moves them."""
 
 import unittest
+from unittest import mock
 
 import mujoco
 import numpy as np
@@ -57,12 +58,18 @@ class B1(unittest.TestCase):
 
     def test_what_is_no_such_tree_is_refused(self):
         ball = """<mujoco><worldbody><body name="trunk"><freejoint/><geom size="0.1" fluidshape="ellipsoid"/>
-          <body name="leg"><joint type="ball"/><geom size="0.1" fluidshape="ellipsoid"/></body></body></worldbody></mujoco>"""
+          <body name="leg"><joint name="knee" type="ball"/><geom size="0.1" fluidshape="ellipsoid"/></body></body></worldbody></mujoco>"""
         model = mujoco.MjModel.from_xml_string(ball)
-        with self.assertRaisesRegex(DataError, "body `leg`: expected hinges and slides"):
+        with self.assertRaisesRegex(DataError, "body `leg`, joint `knee`: type is ball; expected hinge or slide"):
             tree(model)
+        turned = ball.replace('type="ball"', 'type="slide" ref="0.5"')
+        with self.assertRaisesRegex(DataError, "body `leg`, joint `knee`: ref is 0.5 m; expected 0"):
+            tree(mujoco.MjModel.from_xml_string(turned))
+        with mock.patch.object(kinematics, "MOST_LINKS", 1):
+            with self.assertRaisesRegex(DataError, "body `trunk` has 2 links; expected 1 at most"):
+                tree(mujoco.MjModel.from_xml_string(ball.replace("ball", "hinge")))
         bare = ball.replace(
-            '<joint type="ball"/><geom size="0.1" fluidshape="ellipsoid"/>',
+            '<joint name="knee" type="ball"/><geom size="0.1" fluidshape="ellipsoid"/>',
             '<geom size="0.1"/><body name="foot"><geom size="0.1" fluidshape="ellipsoid"/></body>',
         )
         with self.assertRaisesRegex(DataError, "body `foot` hangs on `leg`, which has no hull"):

@@ -114,7 +114,7 @@ class Table(unittest.TestCase):
         (place / "closed.json").unlink()
         self.assertIn("closed.json: no such file", self.command()[2])
         (place / "closed.json").write_text("{")
-        self.assertIn("expected JSON", self.command()[2])
+        self.assertIn("closed.json: is no JSON", self.command()[2])
         (place / "closed.json").write_text('{"closed_loop": {"horizons": [], "rows": [{}]}}')
         self.assertIn("expected open.json and closed.json of `hydro evaluate`", self.command()[2])
 

@@ -20,6 +20,7 @@ from hydro_mujoco.jobs.processes import Processes
 from hydro_mujoco.recording import features, files, shards, simulation
 from hydro_mujoco.recording import plan as recording_plan
 from hydro_tools.commands import gen_task2
+from hydro_tools.commands.make_reference import built_program
 from hydro_tools.datasets import DataError, dataset, gait, plan, scene, task2, waters
 from hydro_tools.datasets.regime import DENSITIES, GAITS, REGIMES, SPEEDS, USUAL
 from hydro_tools.repository import ROOT, SCRIPTS
@@ -519,6 +520,29 @@ class CommandLine(unittest.TestCase):
             run = subprocess.run(command("--out", Path(folder, "out"), *arguments), capture_output=True, text=True)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertIn("split val of 6 trajectories is empty", run.stderr)
+
+    @unittest.skipUnless(built_program().is_file(), "no `hydro` is built: cargo build")
+    def test_without_a_test_split_the_generator_says_so_train_saves_and_evaluate_refuses(self):
+        with tempfile.TemporaryDirectory() as temporary:
+            data, out = Path(temporary, "data"), Path(temporary, "out")
+            words = ("--trials", 4, "--samples", 20, "--workers", 1, "--water", "ellipsoid")
+            run = subprocess.run(command("--out", data, *words), capture_output=True, text=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertIn("split test of 4 trajectories is empty: no error is known", run.stderr)
+            self.assertIn("train 3, val 1, test 0 trajectories", run.stdout)
+
+            sizes = ("--model=mlp", "--hidden=8", "--epochs=1", "--batch=2", "--horizon=10")
+            train = [built_program(), "train", "--data", data, "--out", out, *sizes]
+            run = subprocess.run(train, capture_output=True, text=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertIn(f"saved without errors on the test split of {data}", run.stderr)
+            self.assertIn("not tested", run.stdout)
+            self.assertEqual({path.name for path in out.iterdir()}, {"card.json", "weights.safetensors"})
+
+            evaluate = [built_program(), "evaluate", "--checkpoint", out, "--data", data]
+            run = subprocess.run(evaluate, capture_output=True, text=True)
+            self.assertEqual((run.returncode, run.stdout), (1, ""))
+            self.assertIn(f"{data}: the test split is empty; there is nothing to evaluate", run.stderr)
 
     def test_bad_splits(self):
         self.assertIn("sum to 1", self.refused("--splits", "0.5,0.1,0.1", code=2))

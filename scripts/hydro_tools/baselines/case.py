@@ -8,6 +8,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from hydro_mujoco.reading import check, read_json
+
 from . import BaselineError, motion, rollout, sparse, weak
 from .settings import NAMING, SPARSE, Settings
 
@@ -29,8 +31,9 @@ class PreparedCase:
 
     def __init__(self, folder: Path, smooth_s: float, trials: list[Path] | None = None):
         self.folder, self.xml = folder, folder / "nominal.xml"
-        if not self.xml.is_file():
+        if not self.xml.exists():
             raise BaselineError(f"{folder} has no nominal.xml: a case is nominal.xml and trials/")
+        check(self.xml)
         try:
             spec = mujoco.MjSpec.from_file(str(self.xml))
             for body in spec.bodies:
@@ -47,7 +50,7 @@ class PreparedCase:
         files = trials or motion.trials(folder)
         self.motions = [motion.load(path, self.model, smooth_s) for path in files]
         public = folder / "case.json"
-        self.spread = json.loads(public.read_text()).get("uncertainty", {}) if public.is_file() else {}
+        self.spread = read_json(public).get("uncertainty", {}) if public.is_file() else {}
         self.equations = weak.Equations(self.model)
         self.variance = rollout.variances(self.model, self.motions)
         self._before: rollout.Errors | None = None

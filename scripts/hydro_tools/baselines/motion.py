@@ -7,11 +7,14 @@ state at t - timestep.
 
 import csv
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
+
+from hydro_mujoco.gap.trials import LARGEST
+from hydro_mujoco.reading import check
 
 from . import BaselineError
 
@@ -44,6 +47,7 @@ def read(path: Path, model: mujoco.MjModel) -> tuple[np.ndarray, np.ndarray, np.
     """Control times [c], controls [c, nu], labels [n] and readings [n, ns], in the model's order."""
     readings: np.ndarray
     if path.suffix == ".npz":
+        check(path, most=LARGEST[".npz"])
         with np.load(path, allow_pickle=False) as file:
             times, controls = file["control_times"], file["control_data"]
             labels, data = file["sensordata_times"], file["sensordata_data"]
@@ -58,6 +62,7 @@ def read(path: Path, model: mujoco.MjModel) -> tuple[np.ndarray, np.ndarray, np.
                 start = model.sensor(name).adr[0]
                 readings[:, start : start + len(columns)] = data[:, columns]
         return times, controls, labels, readings
+    check(path, most=LARGEST[".csv"])
     with path.open(newline="") as file:
         rows = list(csv.reader(file))
     head, table = rows[0], np.array([[float(x) if x else np.nan for x in row] for row in rows[1:]])
@@ -80,16 +85,21 @@ def read(path: Path, model: mujoco.MjModel) -> tuple[np.ndarray, np.ndarray, np.
 
 def trials(folder: Path) -> list[Path]:
     """The logs of a case, in order."""
-    return sorted(p for p in (folder / "trials").iterdir() if p.suffix in (".npz", ".csv"))
+    return _logs(folder / "trials")
+
+
+def _logs(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.iterdir() if path.suffix in (".npz", ".csv"))
 
 
 def kept_back(answers: Path, case_id: str, regimes: tuple[str, ...] = REGIMES) -> dict[str, list[Path]]:
     """Trials by regime that no method was shown, where there are any. The answer itself is not opened."""
-    found = {regime: sorted((answers / case_id / regime).glob("*.npz")) for regime in regimes}
+    places = {regime: answers / case_id / regime for regime in regimes}
+    found = {regime: _logs(place) for regime, place in places.items() if place.is_dir()}
     found = {regime: paths for regime, paths in found.items() if paths}
     if not found:
         raise BaselineError(
-            f"{answers / case_id}: no trials that were kept back (*.npz in {' or '.join(regimes)}); "
+            f"{answers / case_id}: no trials that were kept back (*.npz or *.csv in {' or '.join(regimes)}); "
             "--sealed is OUT/sealed of gen_hidden.py"
         )
     return found
@@ -160,8 +170,21 @@ def load(path: Path, model: mujoco.MjModel, smooth_s: float) -> Motion:
     control = (
         np.stack([np.interp(time, times, column) for column in controls.T], 1) if model.nu else np.zeros((len(time), 0))
     )
-    readings = np.full((len(time), model.nsensordata), np.nan)
-    for column in range(model.nsensordata):
+    readings = _nearest(raw, measured_at, time, period)
+    return Motion(path.stem, time, period, qpos, qvel, np.gradient(qvel, period, axis=0), control, readings)
+
+
+def seen(states: Motion, path: Path, model: mujoco.MjModel) -> Motion:
+    """The motion of another log of the same trial, with the readings of this one, which does not show its state."""
+    _, _, labels, raw = read(path, model)
+    readings = _nearest(raw, labels - model.opt.timestep, states.time, states.period)
+    return replace(states, name=path.stem, readings=readings)
+
+
+def _nearest(raw: np.ndarray, measured_at: np.ndarray, time: np.ndarray, period: float) -> np.ndarray:
+    """Readings [n, ns] at even times: the nearest within 0.6 rows, else NaN."""
+    readings = np.full((len(time), raw.shape[1]), np.nan)
+    for column in range(raw.shape[1]):
         good = np.isfinite(raw[:, column])
         nearest = np.searchsorted(measured_at[good], time - 0.5 * period)
         if good.any():
@@ -169,7 +192,7 @@ def load(path: Path, model: mujoco.MjModel, smooth_s: float) -> Motion:
             close = np.abs(measured_at[good][nearest] - time) < 0.6 * period
             # At the reading's own row: a jitter of a fraction of a row is below the noise for smooth signals.
             readings[close, column] = raw[good, column][nearest][close]
-    return Motion(path.stem, time, period, qpos, qvel, np.gradient(qvel, period, axis=0), control, readings)
+    return readings
 
 
 def _free(found, model, body: int, half: int, period: float, qpos: np.ndarray, qvel: np.ndarray, name: str) -> None:

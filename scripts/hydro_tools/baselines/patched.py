@@ -5,18 +5,29 @@ state is set row by row (less near its beginning, where the first row is held fo
 water, delays and lags are those of the motion. Corrections of sensors (`patch.sensors`) come after.
 """
 
-import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
+from hydro_mujoco import DataError
 from hydro_mujoco.plugin import built_library, load_plugin
+from hydro_mujoco.reading import read_json, read_text
 from hydro_tools.datasets import trial_replay
 
 from . import BaselineError, motion, rollout
 
 PAST_S, HELD_S = 3.0, 1.0
+
+
+@dataclass(frozen=True)
+class Twin:
+    """A case of the same motions with sensors that show the state: its model, trials shown and trials kept back."""
+
+    model: mujoco.MjModel
+    shown: list[Path]
+    others: list[Path]
 
 
 class Rollouts:
@@ -94,20 +105,41 @@ class Rollouts:
 def models(nominal: Path, verdict: Path) -> tuple[Rollouts, Rollouts, mujoco.MjModel]:
     """(nominal's rollouts, the patched model's, the nominal); where nothing was added both are the nominal's."""
     try:
-        patch = json.loads(verdict.read_text())["patch"]
+        patch = read_json(verdict)["patch"]
         path = verdict.parent / patch["model"] if patch else nominal
-        if "hydro." in nominal.read_text() + path.read_text():
+        if "hydro." in read_text(nominal) + read_text(path):
             load_plugin(built_library("HYDRO_PLUGIN"))
         known = mujoco.MjModel.from_xml_path(str(nominal))
         better = mujoco.MjModel.from_xml_path(str(path))
         return Rollouts(known, known, {}), Rollouts(better, known, patch["sensors"] if patch else {}), known
-    except (ValueError, KeyError, OSError) as error:
+    except (DataError, ValueError, KeyError) as error:
         raise BaselineError(f"{verdict}: {error}") from error
 
 
-def gap(nominal: Path, verdict: Path, smooth_s: float, shown: list[Path], others: list[Path]):
-    """(model, errors before, errors after, variance of the shown trials) on trials that no method has seen."""
-    before, after, model = models(nominal, verdict)
-    variance = rollout.variances(model, [motion.load(path, model, smooth_s) for path in shown])
-    logs = [motion.load(path, model, smooth_s) for path in others]
+def twin(case: Path, sealed: Path, regime: str) -> Twin:
+    """The case that stands in for the states of another one, with its trials of a regime."""
+    path = case / "nominal.xml"
+    try:
+        if "hydro." in read_text(path):
+            load_plugin(built_library("HYDRO_PLUGIN"))
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except (DataError, ValueError) as error:
+        raise BaselineError(f"{path}: {error}") from error
+    return Twin(model, motion.trials(case), motion.kept_back(sealed, case.name, (regime,))[regime])
+
+
+def gap(case: Path, verdict: Path, smooth_s: float, others: list[Path], twin: Twin | None = None):
+    """(model, errors before, errors after, variance of the shown trials) on trials `others` that no method has seen."""
+    before, after, model = models(case / "nominal.xml", verdict)
+
+    def motions(paths: list[Path], same: list[Path]) -> list[motion.Motion]:
+        if twin is None:
+            return [motion.load(path, model, smooth_s) for path in paths]
+        if len(same) != len(paths):
+            raise BaselineError(f"{case.name} has {len(paths)} trials, its twin {len(same)}: not the same motion")
+        states = [motion.load(path, twin.model, smooth_s) for path in same]
+        return [motion.seen(of, path, model) for of, path in zip(states, paths)]
+
+    variance = rollout.variances(model, motions(motion.trials(case), twin.shown if twin else []))
+    logs = motions(others, twin.others if twin else [])
     return model, rollout.scored(model, logs, before), rollout.scored(model, logs, after), variance

@@ -146,9 +146,13 @@ def nrmse(
 
 
 def variances(model: mujoco.MjModel, motions: list) -> np.ndarray:
-    """Measured variance of every channel over all motions [ns]; of an attitude, of its rotation from the mean."""
+    """Measured variance of every channel over all motions [ns], 0 of one without readings; of an attitude, of its
+    rotation from the mean.
+    """
     readings = np.concatenate([motion.readings for motion in motions])
-    out = np.nanvar(readings, axis=0)
+    read = np.isfinite(readings).any(axis=0)
+    out = np.zeros(readings.shape[1])
+    out[read] = np.nanvar(readings[:, read], axis=0)
     for i in range(model.nsensor):
         if model.sensor_type[i] == mujoco.mjtSensor.mjSENS_FRAMEQUAT:
             at = slice(model.sensor_adr[i], model.sensor_adr[i] + 4)

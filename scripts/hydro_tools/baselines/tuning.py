@@ -5,11 +5,12 @@ which name nothing, by the error they leave on trials that they were not fitted 
 """
 
 import itertools
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
+from hydro_mujoco.reading import read_json
 
 from . import BaselineError, case, motion, sparse
 from .settings import METHODS, SPARSE
@@ -37,7 +38,7 @@ SHOWN = 6
 
 def names_of(folder: Path, answers: Path, methods: list[str]) -> list[tuple[str, tuple, bool, bool]]:
     """(method, setting, is a null, right) of every setting of the sparse methods on a case."""
-    answer = json.loads((answers / folder.name / "answer.json").read_text())
+    answer = read_json(answers / folder.name / "answer.json")
     if answer["kind"] == "outside":
         return []
     truth = sorted(effect["effect"] for effect in answer["effects"])

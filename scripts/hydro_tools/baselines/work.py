@@ -36,15 +36,17 @@ def one_case(folder: Path, out: Path, methods: list[str], sealed: Path | None) -
     return lines
 
 
-def one_patched(folder: Path, verdicts: Path, sealed: Path) -> str | None:
-    """Score what `hydro gap` wrote for a case on the same trials: elsewhere.json beside its verdict."""
+def one_patched(folder: Path, verdicts: Path, sealed: Path, twins: dict[str, str]) -> str | None:
+    """Score what `hydro gap` wrote for a case on the same trials: elsewhere.json beside its verdict.
+
+    twins: by the id of a case whose sensors do not show its state, that of one of the same motions whose sensors do.
+    """
     smooth_s, place = Settings().smooth_s, verdicts / folder.name
     try:
-        found, shown = {}, motion.trials(folder)
+        found, other = {}, twins.get(folder.name)
         for regime, paths in motion.kept_back(sealed, folder.name).items():
-            model, before, after, variance = patched.gap(
-                folder / "nominal.xml", place / "verdict.json", smooth_s, shown, paths
-            )
+            twin = patched.twin(folder.with_name(other), sealed, regime) if other else None
+            model, before, after, variance = patched.gap(folder, place / "verdict.json", smooth_s, paths, twin)
             found[regime] = case.compared(model, variance, before, after)
     except (BaselineError, OSError) as error:
         return f"{folder.name}: {error}"

@@ -8,12 +8,13 @@ processor, of each stage, and the peak memory. The cases are not kept apart from
 """
 
 import argparse
-import json
 import os
 import tempfile
 import time
 from pathlib import Path
 
+from hydro_mujoco import DataError
+from hydro_mujoco.reading import read_json
 from hydro_tools.hidden_cases.gap import run
 from hydro_tools.repository import ROOT
 
@@ -25,7 +26,7 @@ LIMIT = 3600.0
 
 def measured(hydro: Path, case: Path, trials: int) -> str:
     """The table's row of one case with its first trials."""
-    described = json.loads((case / "case.json").read_text())
+    described = read_json(case / "case.json")
     files = sorted((case / "trials").iterdir())
     if len(files) < trials:
         raise SystemExit(f"{case}: {len(files)} trials, {trials} are asked for")
@@ -39,7 +40,7 @@ def measured(hydro: Path, case: Path, trials: int) -> str:
         wall, after = time.perf_counter() - start, os.times()
         if fault:
             raise SystemExit(f"{trials} trials: {fault}")
-        timing = json.loads((out / "timing.json").read_text())
+        timing = read_json(out / "timing.json")
     processor = sum(after[2:4]) - sum(before[2:4])
     stages = " | ".join(f"{timing['seconds'][stage]:.1f}" for stage in STAGES)
     memory = timing["peak_memory"] / 1e6
@@ -60,5 +61,8 @@ def main() -> int:
     print("|---|---|---|---|---|---|---|---|---|")
     for case in cases:
         for trials in args.trials:
-            print(measured(args.hydro, case, trials), flush=True)
+            try:
+                print(measured(args.hydro, case, trials), flush=True)
+            except DataError as error:
+                raise SystemExit(f"bench_gap.py: {error}") from error
     return 0

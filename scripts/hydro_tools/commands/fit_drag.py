@@ -23,14 +23,23 @@ from scipy.optimize import nnls
 
 import hydro_mujoco
 from hydro_mujoco.plugin import load_plugin
+from hydro_mujoco.reading import check, read_json
 from hydro_mujoco.recording.files import write_json
 
 START, AMPLITUDE, FREQUENCY = (0.5, 0.2, 0.1), 0.3, 0.3
 
 
+def _shards(folder: Path, name: str) -> list[dict[str, np.ndarray]]:
+    """The arrays of each shard of a split."""
+    paths = sorted(folder.glob(f"{name}-*.safetensors"))
+    for path in paths:
+        check(path, most=None)
+    return [load_file(path) for path in paths]
+
+
 def split(folder: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Features [rows, n] and clean labels [rows, f] of a split."""
-    shards = [load_file(path) for path in sorted(folder.glob(f"{name}-*.safetensors"))]
+    shards = _shards(folder, name)
     if not shards:
         raise OSError(f"{folder}: no shard of the split `{name}`")
     rows = [np.concatenate([shard[key] for shard in shards]) for key in ("x", "wrench_clean")]
@@ -39,7 +48,7 @@ def split(folder: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 def buoyancy(folder: Path, name: str) -> np.ndarray | float:
     """Buoyancy in the labels of a split [rows, f]; 0 where the data set does not tell it."""
-    shards = [load_file(path) for path in sorted(folder.glob(f"{name}-*.safetensors"))]
+    shards = _shards(folder, name)
     if not all("hydrostatic" in shard for shard in shards):
         return 0.0
     rows = np.concatenate([shard["hydrostatic"] for shard in shards])
@@ -77,23 +86,28 @@ def by_axis(manifest: dict, train: tuple) -> tuple[np.ndarray, np.ndarray]:
     return linear, quadratic
 
 
-def in_drag(path: str, linear: np.ndarray, quadratic: np.ndarray) -> mujoco.MjModel:
-    """The model with this drag at the origin of its floating body in place of MuJoCo's fluid."""
-    spec = mujoco.MjSpec.from_file(path)
-    spec.option.density = spec.option.viscosity = 0
-    free = mujoco.mjtJoint.mjJNT_FREE
-    body = next(body for body in spec.bodies if any(joint.type == free for joint in body.joints))
-    pairs = (("linear_drag", linear), ("quadratic_drag", quadratic))
-    effects = {name: {"point": [0, 0, 0], "matrix": np.diag(values)} for name, values in pairs}
-    return hydro_mujoco.add_water(spec, body=body.name, effects=effects).compile()
+def in_drag(path: str, checkpoint: str, body: str, linear: np.ndarray, quadratic: np.ndarray) -> mujoco.MjModel:
+    """The model with this drag at the origin of the recorded body in place of the water that a checkpoint learned."""
+    spec = hydro_mujoco.with_checkpoint(path, checkpoint)
+    # What the checkpoint did not learn stays beside the drag, as it stays beside the checkpoint.
+    instance = next(each for each in spec.plugins if each.config.get("checkpoint"))
+    config = dict(instance.config)
+    del config["checkpoint"]
+    kept = json.loads(config.get("effects") or '{"effects": []}')["effects"]
+    drags = [
+        {"effect": name, "target": body, "parameters": {"point": [0, 0, 0], "matrix": np.diag(values).tolist()}}
+        for name, values in (("linear_drag", linear), ("quadratic_drag", quadratic))
+    ]
+    instance.config = config | {"effects": json.dumps({"schema": "hydro-effects/1", "effects": [*kept, *drags]})}
+    return spec.compile()
 
 
 def way(model: mujoco.MjModel, steps: int) -> np.ndarray:
-    """Places of the base [steps, 3] under sinusoidal commands."""
+    """Places of the base [steps + 1, 3] under sinusoidal commands, from the start on."""
     data = mujoco.MjData(model)
     data.qvel[:3] = START
     low, high = model.actuator_ctrlrange.T
-    places = []
+    places = [data.qpos[:3].copy()]
     for step in range(steps):
         phase = 2 * np.pi * FREQUENCY * step * model.opt.timestep + np.arange(model.nu)
         data.ctrl[:] = AMPLITUDE * np.sin(phase) * (high - low) / 2
@@ -106,7 +120,7 @@ def main() -> int:
     """Run the command line; returns the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True, help="folder of a data set")
-    parser.add_argument("--model", help="MJCF that was recorded, in MuJoCo's own fluid: compares the closed loop")
+    parser.add_argument("--model", help="MJCF that was recorded: compares the closed loop")
     parser.add_argument("--checkpoint", help="checkpoint trained on the data, for the closed loop")
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the drag of each axis as JSON")
     parser.add_argument("--steps", type=int, default=1000, help="of the closed loop (default: %(default)s)")
@@ -114,7 +128,7 @@ def main() -> int:
     if bool(args.model) != bool(args.checkpoint):
         parser.error("--model and --checkpoint go together")
     try:
-        manifest = json.loads((args.data / "manifest.json").read_text())
+        manifest = read_json(args.data / "manifest.json")
         train, test = split(args.data, "train"), split(args.data, "test")
         error = open_loop(manifest, train, test)
         print(f"fitted drag: nRMSE {np.sqrt((error**2).mean()):.3f}; by output {np.round(error, 3).tolist()}")
@@ -124,17 +138,17 @@ def main() -> int:
             source = {"seed": manifest.get("seed"), "rows": len(train[0])}
             write_json(args.out, {"source": source} | {name: values.tolist() for name, values in pair})
         if args.model:
+            check(args.model, f"model {args.model}")
             load_plugin()
             true = way(mujoco.MjModel.from_xml_path(args.model), args.steps)
             waters = {
                 "checkpoint": hydro_mujoco.with_checkpoint(args.model, args.checkpoint).compile(),
-                "fitted drag": in_drag(args.model, *by_axis(manifest, train)),
+                "fitted drag": in_drag(args.model, args.checkpoint, manifest["body"], *by_axis(manifest, train)),
             }
+            gone = np.linalg.norm(true[-1] - true[0])
             for name, model in waters.items():
                 apart = np.linalg.norm(way(model, args.steps)[-1] - true[-1])
-                print(
-                    f"{name}: {apart:.3f} m apart after {args.steps} steps, a way of {np.linalg.norm(true[-1]):.2f} m"
-                )
+                print(f"{name}: {apart:.3f} m apart after {args.steps} steps, {gone:.2f} m from the start")
     except (OSError, ValueError, hydro_mujoco.DataError) as fault:
         print(f"fit_drag.py: {fault}", file=sys.stderr)
         return 1

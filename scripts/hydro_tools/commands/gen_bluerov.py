@@ -10,7 +10,6 @@ says which id is which. A case that is there is not made again.
 """
 
 import argparse
-import json
 import os
 import sys
 from pathlib import Path
@@ -18,6 +17,7 @@ from pathlib import Path
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
+from hydro_mujoco.reading import read_json  # noqa: E402
 from hydro_mujoco.recording.files import write_json  # noqa: E402
 from hydro_mujoco.recording.progress import Progress  # noqa: E402
 from hydro_tools.bluerov import nominal, numbers  # noqa: E402
@@ -54,7 +54,7 @@ def main() -> int:
         progress.advance()
     index = args.out / "sealed" / "index.json"
     index.parent.mkdir(parents=True, exist_ok=True)
-    known = json.loads(index.read_text())["cases"] if index.is_file() else []
+    known = read_json(index)["cases"] if index.is_file() else []
     lines = {line["id"]: line for line in known}
     for spec in specs:
         if is_complete(args.out, spec.case_id):

@@ -24,6 +24,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 from hydro_mujoco.recording import arguments  # noqa: E402
+from hydro_mujoco.recording.interrupts import ended  # noqa: E402
 from hydro_tools.datasets import DataError  # noqa: E402
 from hydro_tools.tank import campaign, dataset, task1  # noqa: E402
 
@@ -113,6 +114,6 @@ def main() -> int:
         return 1
     except KeyboardInterrupt:
         print(f"\ngen_task1.py: stopped; finished files are kept in {args.out}: go on with --resume", file=sys.stderr)
-        return 130
+        return ended()
     print(f"{time.monotonic() - start:.1f} s")
     return 0

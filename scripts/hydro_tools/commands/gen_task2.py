@@ -29,6 +29,7 @@ from hydro_mujoco.jobs.here import Here
 from hydro_mujoco.jobs.processes import Processes
 from hydro_mujoco.recording import arguments
 from hydro_mujoco.recording.dataset import empty_splits
+from hydro_mujoco.recording.interrupts import ended
 from hydro_tools.datasets import DataError, dataset, plan, regime
 from hydro_tools.datasets.waters import ADDED_MASS, IN_INERTIA, IN_LABEL, STRIP, WATERS
 from hydro_tools.jobs.cluster import Cluster
@@ -145,7 +146,7 @@ def main() -> int:
         return 1
     except KeyboardInterrupt:
         print(f"\ngen_task2.py: stopped; finished shards are kept in {args.out}: go on with --resume", file=sys.stderr)
-        return 130
+        return ended()
     counts = ", ".join(f"{split} {part['trajectories']}" for split, part in manifest["splits"].items())
     print(
         f"{args.out}: {counts} trajectories of {args.samples} samples in {time.monotonic() - start:.1f} s "

@@ -14,6 +14,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from hydro_mujoco.recording.interrupts import ended
 from hydro_mujoco.recording.progress import Progress
 from hydro_tools.datasets import DataError, plan, rollouts, scene
 from hydro_tools.datasets.waters import ADDED_MASS, ELLIPSOID, IN_INERTIA, IN_LABEL, STRIP, WATERS
@@ -122,6 +123,6 @@ def main() -> int:
         return 1
     except KeyboardInterrupt:
         print("\nrecord_rollouts.py: stopped; without its rollouts.json the folder is unfinished", file=sys.stderr)
-        return 130
+        return ended()
     print(f"{args.out}: {args.count} rollouts of {args.duration:g} s")
     return 0

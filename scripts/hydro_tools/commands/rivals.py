@@ -10,7 +10,8 @@ r"""Run the baselines on the cases of `hydro gap`: PySINDy, its ensemble, BINDy,
 `run` writes OUT/<method>/<case id>/verdict.json and goes on where it was; a case that a method cannot take has a
 verdict that says why. With `--sealed` it also scores the trials that no method is shown (`elsewhere` in the verdict),
 and `patched` scores on the same trials what `hydro gap` wrote (elsewhere.json beside its verdict). `tune` prints
-how well each setting does on cases of its own: never on those that are scored.
+how well each setting does on cases of its own: never on those that are scored. `--twin ID=OTHER` (a BlueROV2 with a DVL
+alone, say) takes the states at which rollouts of ID start from the logs of OTHER.
 """
 
 import argparse
@@ -23,6 +24,7 @@ from pathlib import Path
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
+from hydro_mujoco import DataError  # noqa: E402
 from hydro_mujoco.recording.progress import Progress  # noqa: E402
 from hydro_tools.baselines import BaselineError  # noqa: E402
 from hydro_tools.baselines.settings import METHODS  # noqa: E402
@@ -43,7 +45,8 @@ def score_patched(args: argparse.Namespace) -> int:
 
     cases = [c for c in folders(args) if (args.verdicts / c.name / "verdict.json").is_file()]
     todo = [c for c in cases if not (args.verdicts / c.name / "elsewhere.json").is_file()]
-    faults = [fault for fault in results(args, cases, todo, work.one_patched, args.verdicts, args.sealed) if fault]
+    done = results(args, cases, todo, work.one_patched, args.verdicts, args.sealed, dict(args.twin))
+    faults = [fault for fault in done if fault]
     for fault in faults:
         print(fault, file=sys.stderr)
     return 1 if faults else 0
@@ -71,6 +74,14 @@ def folders(args: argparse.Namespace) -> list[Path]:
     return found[: args.count] if args.count else found
 
 
+def twin(text: str) -> tuple[str, str]:
+    """ID=OTHER."""
+    case, equals, other = text.partition("=")
+    if not equals or not case or not other:
+        raise argparse.ArgumentTypeError(f"{text}: expected ID=OTHER")
+    return case, other
+
+
 def tune(args: argparse.Namespace) -> int:
     """Print the best settings of each method."""
     from hydro_tools.baselines import tuning
@@ -95,6 +106,14 @@ def main() -> int:
         help="OUT/sealed of gen_hidden.py: trials that are scored and never fitted; `tune` also reads the answers",
     )
     parser.add_argument("--verdicts", type=Path, help="what run_hidden.py wrote, for `patched`")
+    parser.add_argument(
+        "--twin",
+        action="append",
+        default=[],
+        metavar="ID=OTHER",
+        type=twin,
+        help="for `patched`: case ID, whose sensors do not show its state, has the motions of case OTHER, whose do",
+    )
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="worker processes")
     parser.add_argument("--count", type=int, help="at most so many cases")
     args = parser.parse_args()
@@ -104,7 +123,7 @@ def main() -> int:
             parser.error(f"{args.what} needs --{need}")
     try:
         return {"run": run, "tune": tune, "patched": score_patched}[args.what](args)
-    except (BaselineError, OSError) as error:
+    except (BaselineError, DataError, OSError) as error:
         print(f"rivals.py: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

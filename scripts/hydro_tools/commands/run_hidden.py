@@ -9,12 +9,13 @@ the verdicts are the same, the whole is done sooner, one case later (time one ca
 """
 
 import argparse
-import json
 import os
 import sys
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
+from hydro_mujoco import DataError
+from hydro_mujoco.reading import read_json
 from hydro_mujoco.recording.progress import Progress
 from hydro_tools.hidden_cases.gap import run
 from hydro_tools.repository import ROOT
@@ -34,11 +35,14 @@ def main() -> int:
         parser.error(f"--jobs {args.jobs}: at least 1 is needed")
     if not args.hydro.exists():
         parser.error(f"{args.hydro}: no such program; build it with `cargo build --release`")
-    cases = [
-        file.parent
-        for file in sorted(args.cases.glob("*/case.json"))
-        if not args.system or json.loads(file.read_text())["system"] in args.system
-    ]
+    try:
+        cases = [
+            file.parent
+            for file in sorted(args.cases.glob("*/case.json"))
+            if not args.system or read_json(file)["system"] in args.system
+        ]
+    except DataError as error:
+        parser.error(str(error))
     if not cases:
         parser.error(f"{args.cases}: no case of these systems; make some with scripts/gen_hidden.py")
     args.out.mkdir(parents=True, exist_ok=True)

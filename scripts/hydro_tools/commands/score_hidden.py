@@ -3,7 +3,7 @@
     python scripts/score_hidden.py --cases out/hidden/cases --sealed out/hidden/sealed --verdicts out/verdicts
     python scripts/score_hidden.py ... --method gap=out/verdicts --method stlsq=out/rivals/stlsq [--json]
     python scripts/score_hidden.py ... --save out/record.jsonl         what was hidden and said, in one file
-    python scripts/score_hidden.py --record out/record.jsonl           the table of such a file
+    python scripts/score_hidden.py --record out/record.jsonl           the table of such a file; several, of one table
 
 Reads DIR/<case id>/verdict.json (and timing.json, {"seconds": x}, where there is one). Shares carry exact
 binomial 95 % intervals, medians bootstrap ones. Strength is whitened, the nominal's uncertainties projected out.
@@ -36,13 +36,16 @@ def main() -> int:
         metavar="FILE",
         help="what --save wrote, instead of folders; several, of different cases",
     )
+    parser.add_argument("--only", metavar="NAME", help="of --record, this method alone; the records may hold others")
     parser.add_argument("--save", type=Path, metavar="FILE", help="writes what was hidden and said to a file")
     parser.add_argument("--json", action="store_true", help="one machine-readable result")
     args = parser.parse_args()
     if args.record and (args.cases or args.sealed or args.verdicts or args.method):
         parser.error("--record stands instead of --cases, --sealed, --verdicts and --method")
+    if args.only and not args.record:
+        parser.error("--only needs --record")
     try:
-        said = record.load(args.record) if args.record else from_folders(parser, args)
+        said = record.load(args.record, args.only) if args.record else from_folders(parser, args)
         if args.save:
             record.save(args.save, said)
     except ScoreError as error:

@@ -1,6 +1,5 @@
 """Drive a scene, whatever its water, with the start, controls and pushes of a recorded rollout."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
@@ -9,6 +8,7 @@ import mujoco
 import numpy as np
 
 from hydro_mujoco.plugin import WRENCH
+from hydro_mujoco.reading import read_json
 
 from ..repository import ROOT
 from ..strip_water import forces, simulation, strips
@@ -57,11 +57,7 @@ def water_of(path: str, checkpoint: Path | None = None) -> dict | None:
     named = next((value for config in configs if (value := config.get("value"))), None)
     if named is None:
         return None
-    card = _folder(checkpoint or named) / "card.json"
-    try:
-        return json.loads(card.read_text(encoding="utf-8")).get("water")
-    except (OSError, ValueError) as error:
-        raise DataError(f"{card}: {error}") from error
+    return read_json(_folder(checkpoint or named) / "card.json").get("water")
 
 
 def replay_in_strips(loaded: scene.Scene, run: dict[str, np.ndarray]) -> Iterator[mujoco.MjData]:

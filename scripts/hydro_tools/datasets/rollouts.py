@@ -9,12 +9,12 @@ set; gyroscopic [N+1,6], the force of the added mass at qacc = 0 as a wrench on 
 [N, steps 18], the whole generalised force in each physics step of a period.
 """
 
-import json
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
+from hydro_mujoco.reading import check, read_json
 from hydro_mujoco.recording.files import npz_bytes, sha256, write_beside, write_json
 
 from . import DataError, plan, scene
@@ -22,6 +22,8 @@ from .waters import ELLIPSOID, Water
 
 SCHEMA = "hydro-rollouts/1"
 INDEX = "rollouts.json"
+#: Largest file of a run [byte] (crates/training/src/rollouts/read.rs).
+LARGEST = 1 << 30
 #: Arrays of runs in strip water alone.
 STRIPS_ALONE = ("generalised", "gyroscopic", "step_force")
 
@@ -92,17 +94,13 @@ def write_index(
 def read(folder: Path) -> tuple[dict, list[dict[str, np.ndarray]]]:
     """The index and the runs of a folder, checked against their sha256."""
     path = folder / INDEX
-    try:
-        index = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path}: {error}") from error
+    index = read_json(path)
     if index.get("schema") != SCHEMA:
         raise DataError(f"{path}: schema {index.get('schema')!r}, expected {SCHEMA!r}")
     runs = []
     for entry in index["rollouts"]:
         file = folder / entry["file"]
-        if not file.is_file():
-            raise DataError(f"{file}: missing, though {INDEX} lists it")
+        check(file, f"{file}, which {INDEX} lists", LARGEST)
         if sha256(file) != entry["sha256"]:
             raise DataError(f"{file}: its sha256 is not that of {INDEX}; record the folder again")
         with np.load(file, allow_pickle=False) as arrays:

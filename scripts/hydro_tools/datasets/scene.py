@@ -1,6 +1,7 @@
 """A scene of B1 in MuJoCo's own water, and how its density is changed."""
 
 import hashlib
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from hydro_mujoco.reading import check
 from hydro_mujoco.recording.features import FreeBase, Joint, Layout
 from hydro_mujoco.recording.system import Compiled, Lift, System
 
@@ -58,9 +60,10 @@ class Scene:
 
 
 def find(path: str) -> Path:
-    """`path` from the working directory, else from the repository."""
+    """`path` from the working directory, else from the repository: a file that is no larger than a text may be."""
     for candidate in (Path(path), ROOT / path):
-        if candidate.is_file():
+        if os.path.exists(candidate):
+            check(candidate, f"model {path}")
             return candidate
     raise DataError(f"model {path}: no such file, neither in {Path.cwd()} nor in {ROOT}")
 

@@ -11,7 +11,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from hydro_mujoco.gap.trials import LARGEST
 from hydro_mujoco.plugin import built_library, load_plugin
+from hydro_mujoco.reading import check, read_json, read_text
 
 #: Before a log begins nothing is known: memories are led through its first motion and command, held so long [s].
 HELD = 1.0
@@ -21,6 +23,7 @@ class Trial:
     """One log."""
 
     def __init__(self, path: Path):
+        check(path, most=LARGEST[".npz"])
         with np.load(path) as log:
             self.control_times, self.control = log["control_times"], log["control_data"]
             self.times, self.values = log["sensordata_times"], log["sensordata_data"]
@@ -107,11 +110,11 @@ def errors(model, nominal, trials: list[Trial], seconds: float, corrections: dic
 
 def compare(nominal_path: Path, out: Path, folder: Path, seconds: float) -> dict:
     """Errors by sensor under both models, and pooled."""
-    verdict = json.loads((out / "verdict.json").read_text())
+    verdict = read_json(out / "verdict.json")
     if not verdict["patch"]:
         raise SystemExit(f"{out}/verdict.json: nothing was added ({verdict['verdict']}), so there is nothing to replay")
     path = out / verdict["patch"]["model"]
-    if "hydro." in path.read_text() or "hydro." in nominal_path.read_text():
+    if "hydro." in read_text(path) + read_text(nominal_path):
         load_plugin(built_library("HYDRO_PLUGIN"))
     nominal, patched = (mujoco.MjModel.from_xml_path(str(model)) for model in (nominal_path, path))
     trials = [Trial(file) for file in sorted(folder.glob("*.npz"))]

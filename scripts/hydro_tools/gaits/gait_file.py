@@ -10,6 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from hydro_mujoco.reading import read_json
 from hydro_mujoco.recording.files import write_json
 
 from ..datasets import DataError
@@ -69,12 +70,7 @@ def read(path: Path, model: mujoco.MjModel) -> Gait:
         DataError: no such file, not a gait, of another robot, with parameters missing, unknown or out of range, or
             changed since it was written.
     """
-    try:
-        if path.stat().st_size > LARGEST:
-            raise DataError(f"gait {path}: {path.stat().st_size} bytes; expected at most {LARGEST}")
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise DataError(f"gait {path}: {error}; expected JSON of schema {SCHEMA}") from error
+    found = read_json(path, f"gait {path}", LARGEST)
     if not isinstance(found, dict) or found.get("schema") != SCHEMA:
         schema = found.get("schema") if isinstance(found, dict) else type(found).__name__
         raise DataError(f"gait {path}: schema is {schema!r}; expected {SCHEMA!r}")

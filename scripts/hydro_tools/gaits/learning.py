@@ -5,7 +5,6 @@ start, another each generation, so a gait that only fits one start does not last
 and how it scored: a run that was cut off draws the same again, and ends with the same bytes.
 """
 
-import json
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from pathlib import Path
 import cma
 import numpy as np
 
+from hydro_mujoco.reading import read_json
 from hydro_mujoco.recording.files import write_json
 from hydro_mujoco.recording.progress import Progress
 
@@ -114,9 +114,12 @@ def _known(path: Path, plan: Plan) -> list[list[float]]:
     if not path.exists():
         return []
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = read_json(path, f"state {path}")
+    except DataError as error:
+        raise DataError(f"{error}; remove it to begin anew") from error
+    try:
         other, scores = found["plan"], np.array(found["scores"], float).reshape(-1, plan.population)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError) as error:
         raise DataError(f"state {path}: {error}; expected {STATE_SCHEMA}; remove it to begin anew") from error
     if found.get("schema") != STATE_SCHEMA or other != asdict(plan):
         raise DataError(f"state {path}: of {other}\nthis run is {asdict(plan)}; name another --out, or remove the file")

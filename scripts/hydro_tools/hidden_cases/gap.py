@@ -1,16 +1,21 @@
 """`hydro gap run` on one hidden-effect case."""
 
-import json
 import os
 import subprocess
 from pathlib import Path
+
+from hydro_mujoco import DataError
+from hydro_mujoco.reading import read_json
 
 
 def run(program: Path, case: Path, out: Path, limit: float, threads: int) -> str | None:
     """One case on so many threads; returns what went wrong."""
     log, known = out.with_suffix(".log"), out.with_suffix(".toml")
     # How well the nominal is known stands in the open half of a case.
-    uncertainty = json.loads((case / "case.json").read_text()).get("uncertainty", {})
+    try:
+        uncertainty = read_json(case / "case.json").get("uncertainty", {})
+    except DataError as error:
+        return str(error)
     known.write_text("".join(f"{name} = {deviation}\n" for name, deviation in uncertainty.items()))
     command = [
         program,

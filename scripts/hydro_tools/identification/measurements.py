@@ -1,11 +1,13 @@
 """The table of a towing campaign, `conditions.csv` (see `hydro_tools.tank.campaign`): one line a tow, checked."""
 
 import csv
+import io
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from hydro_mujoco.reading import read_text
 from hydro_tools.datasets import DataError
 from hydro_tools.tank import campaign, conditions
 
@@ -94,7 +96,7 @@ def _row(path: Path, line: int, row: dict) -> tuple[int, list[float]]:
 def read(path: Path) -> Measurements:
     """All tows of the table, in its order."""
     try:
-        with path.open(newline="", encoding="utf-8") as file:
+        with io.StringIO(read_text(path), newline="") as file:
             reader = csv.DictReader(file)
             missing = [name for name in NEEDED if name not in (reader.fieldnames or ())]
             if missing:
@@ -103,7 +105,7 @@ def read(path: Path) -> Measurements:
                     f"it has {', '.join(reader.fieldnames or ('none',))}"
                 )
             rows = [_row(path, reader.line_num, row) for row in reader]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except csv.Error as error:
         raise DataError(f"{path}: {error}") from error
     if not rows:
         raise DataError(f"{path} holds a header and no tows")

@@ -1,15 +1,14 @@
 """Results of a study, for machines: `report.json`, and the coefficients as `identified.json`."""
 
-import hashlib
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
+from hydro_mujoco.reading import read_json
 from hydro_mujoco.recording.files import sha256
-from hydro_tools.datasets import VERSION
+from hydro_tools.datasets import VERSION, DataError
 from hydro_tools.robot import identified
 from hydro_tools.tank import conditions
 from hydro_tools.tank.campaign import SCHEMA as TOWING_SCHEMA
@@ -48,14 +47,14 @@ class Source:
         manifest = self.table.with_name("manifest.json")
         if manifest.is_file():
             try:
-                held = json.loads(manifest.read_text(encoding="utf-8"))
-            except ValueError:
+                held = read_json(manifest)
+            except DataError:
                 held = None
             if isinstance(held, dict) and held.get("schema") == TOWING_SCHEMA:
                 found |= {
                     "towing": held.get("generator"),
                     "towing_seed": held.get("seed"),
-                    "manifest_sha256": hashlib.sha256(manifest.read_bytes()).hexdigest(),
+                    "manifest_sha256": sha256(manifest),
                 }
         return found
 

@@ -42,7 +42,7 @@ def undisturbed(job: Job, folder: Path) -> Undisturbed:
     """Run a job twice; both must leave the same."""
     ends, contents = [], []
     for number in range(2):
-        place = _begun(job, folder / str(number))
+        place = begun(job, folder / str(number))
         ends.append(alone(job.command, place))
         if ends[-1].status or ends[-1].broken:
             raise KillsError(f"{job.command[:3]}: {ends[-1].broken or ends[-1].text.strip()[-400:]}")
@@ -54,7 +54,7 @@ def undisturbed(job: Job, folder: Path) -> Undisturbed:
 
 def one(job: Job, trouble: str, expected: Undisturbed, folder: Path, chance: random.Random) -> tuple[bool, bool, str]:
     """Disturb a job and run it again to its end: whether it was struck, whether it went on, what is broken."""
-    place = _begun(job, folder)
+    place = begun(job, folder)
     if trouble == "two":
         first = twice(job.command, place, expected.end, chance, job.again)
     else:
@@ -125,7 +125,7 @@ def table(found: list[Record]) -> str:
     return "\n".join(lines)
 
 
-def _begun(job: Job, folder: Path) -> Path:
+def begun(job: Job, folder: Path) -> Path:
     """A folder as it is before a job's first run."""
     shutil.rmtree(folder, ignore_errors=True)
     if job.given:

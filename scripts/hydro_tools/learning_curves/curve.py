@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hydro_mujoco.errors import DataError
+from hydro_mujoco.reading import read_text
 
 LOG = "log.jsonl"
 #: Fields of a line that are read; the others are left.
@@ -42,10 +43,10 @@ def read(run: Path) -> Curve:
     Those of `hydro compare` and strip_models.sh, ROW/seed-N/run, are `ROW/seed-N`.
     """
     path = run / LOG
-    if not path.is_file():
+    if not path.exists():
         raise DataError(f"{run}: no {LOG}; expected the folder NAME.run that `hydro train --out NAME` makes")
     rows = []
-    for number, line in enumerate(path.read_text().splitlines(), 1):
+    for number, line in enumerate(read_text(path).splitlines(), 1):
         try:
             row = json.loads(line)
             rows.append({field: row[field] for field in FIELDS})

@@ -1,11 +1,11 @@
 """One training's results, as `hydro evaluate --json` and `hydro simulate --json` tell them."""
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
 
 from hydro_mujoco.errors import DataError
+from hydro_mujoco.reading import read_json
 
 #: Outputs that the paper's tables have: the wrench on the base.
 BASE = 6
@@ -73,9 +73,6 @@ def _rms(values: list[float]) -> float:
 
 
 def _json(path: Path) -> dict:
-    try:
-        return json.loads(path.read_text())
-    except FileNotFoundError:
-        raise DataError(f"{path}: no such file; scripts/strip_models.sh writes it") from None
-    except ValueError as error:
-        raise DataError(f"{path}: {error}; expected JSON") from error
+    if not path.exists():
+        raise DataError(f"{path}: no such file; scripts/strip_models.sh writes it")
+    return read_json(path)

@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from hydro_mujoco import DataError
+from hydro_mujoco.reading import check
 from hydro_mujoco.recording import folder
 from hydro_mujoco.recording.files import npz_bytes, sha256, write_beside
 
@@ -23,6 +24,8 @@ from .force import LAG, LAG_SPEED, LAGGING, STIRRING
 
 SCHEMA = "hydro-towing/1"
 TABLE = "conditions.csv"
+#: Largest file of a run [byte].
+LARGEST = 1 << 30
 COLUMNS = (
     "condition",
     "repeat",
@@ -105,6 +108,7 @@ def _run_bytes(run: recording.Run) -> bytes:
 def read(path: Path) -> recording.Run:
     """A run from its file."""
     try:
+        check(path, most=LARGEST)
         with np.load(path, allow_pickle=False) as arrays:
             held = dict(arrays)
     except (OSError, ValueError) as error:

@@ -29,7 +29,11 @@ class Examples(unittest.TestCase):
         return [float(number) for number in re.findall(r"[-+]?[0-9]+[.]?[0-9]*", done.stdout)]
 
     def test_a_boat_follows_the_swell_and_is_driven_ashore(self):
-        follow, _, drift, current, heave, height, along, aground = self.run_example("boat", "boat.png")
+        draught, roll, *sea = self.run_example("boat", "boat.png")
+        follow, _, drift, current, heave, height, along, aground = sea
+        # By hydrostatics alone 0.2487 m and, at small angles, 0.870 s: test_stability.py.
+        self.assertAlmostEqual(draught, 0.2487, delta=0.0006)
+        self.assertAlmostEqual(roll, 0.870, delta=0.015)
         self.assertAlmostEqual(follow, 1.0, delta=0.05)
         self.assertAlmostEqual(drift, current, delta=0.03)
         self.assertAlmostEqual(heave, height, delta=0.05)
@@ -40,6 +44,13 @@ class Examples(unittest.TestCase):
         station, *_, above, archimedes = self.run_example("rov", "rov.png")
         self.assertLess(station, 0.12)
         self.assertAlmostEqual(above, archimedes, delta=0.002)
+
+    def test_an_rov_comes_up_and_a_boat_rolls_freely(self):
+        start, afloat, heel, other, last, seconds = self.run_example("afloat", "afloat.webp")
+        # By Archimedes 0.134 m: 0.137 m under the top of its box, of which 1 % is out.
+        self.assertAlmostEqual(afloat, -0.134, delta=0.01)
+        self.assertTrue(start <= -1 and heel == 18 and -18.5 < other < -15)
+        self.assertTrue(4 < last < 10 and seconds == 7)
 
     def test_the_boat_follows_the_drawn_sea(self):
         vertices, components, *_, lowest, highest = self.run_example("sea", "sea.webp")

@@ -56,7 +56,11 @@ class Refusals(unittest.TestCase):
         self.refused("delay is 1000000 [s], expected 0 to 60", attributes=delayed(1e6))
         for delay, taken in ((0.0, "500000003"), (0.5, "500000003"), (60.0, "60000000003")):
             self.refused(
-                f"memory takes {taken} numbers", "timestep of 1e-9 s", "at most 16777216", timestep="1e-9", attributes=delayed(delay)
+                f"memory takes {taken} numbers",
+                "timestep of 1e-9 s",
+                "at most 16777216",
+                timestep="1e-9",
+                attributes=delayed(delay),
             )
         # What fits is taken: 600,000 commands.
         fish(delayed(60.0), timestep="0.0001")

@@ -28,6 +28,7 @@ def _strong(case: Scored) -> bool:
 
 def figures(cases: list[Scored]) -> list[Figure]:
     """Every line of the table, from the cases that have a verdict."""
+    answered = [case.verdict is not None for case in cases if case.strangers]
     cases = [case for case in cases if case.verdict is not None]
     clear = [case for case in cases if case.kind == "single" and case.answer["identifiable"] and _strong(case)]
     reductions = _known(_reduction(case) for case in clear)
@@ -51,7 +52,11 @@ def figures(cases: list[Scored]) -> list[Figure]:
         for case in cases
         if case.kind == "inseparable" and case.answer["twin"] in case.answer["lookalikes"] and case.strength >= WEAK
     ]
+    # By construction or by refit.
+    undecidable = twins + alike
     known = [case for case in cases if case.kind in ("single", "null", "pair", "several")]
+    others = [case for case in cases if case.strangers]
+    others_lack = [case for case in others if case.kind in ("single", "pair", "several") and case.strength >= WEAK]
     errors, covered = [], []
     for case in strong + pairs + several:
         for error, hits in coefficients(case):
@@ -84,6 +89,12 @@ def figures(cases: list[Scored]) -> list[Figure]:
             [set(case.truth) <= case.called and len(case.called) <= len(case.truth) + 1 for case in pairs],
         ),
         Figure(
+            "two effects: the stronger named",
+            "100 %",
+            [_strongest(case) in case.named for case in pairs],
+            meets=at_least(1.0),
+        ),
+        Figure(
             "exact set, three and more effects",
             ">= 60 %",
             [sorted(case.named) == sorted(case.truth) for case in several],
@@ -112,20 +123,41 @@ def figures(cases: list[Scored]) -> list[Figure]:
             [case.said == "unknown" or case.surrogate for case in outside],
             meets=at_least(0.8),
         ),
-        Figure("false unknown", "<= 5 %", [case.said == "unknown" for case in known], meets=at_most(0.05)),
+        Figure("false unknown", "<= 3 %", [case.said == "unknown" for case in known], meets=at_most(0.03)),
         Figure(
-            "inseparable: the set holds the truth",
+            "undecidable: the set holds the truth",
             ">= 95 %",
-            [set(case.truth) <= case.called for case in twins],
+            [set(case.truth) <= case.called for case in undecidable],
             meets=at_least(0.95),
         ),
         Figure(
-            "inseparable: size of the set",
+            "undecidable: size of the set",
             "<= 2",
-            values=[float(len(case.called)) for case in twins if case.called],
+            values=[float(len(case.called)) for case in undecidable if case.called],
             meets=at_most(2.0),
         ),
-        Figure("single with look-alikes: set holds the truth", "", [set(case.truth) <= case.called for case in alike]),
+        Figure(
+            "undecidable by construction: set holds the truth", "", [set(case.truth) <= case.called for case in twins]
+        ),
+        Figure("undecidable by refit: set holds the truth", "", [set(case.truth) <= case.called for case in alike]),
+        Figure("others' robots: a verdict", "100 %", answered, meets=at_least(1.0)),
+        Figure(
+            "others' robots: the strongest effect named",
+            ">= 80 %",
+            [_strongest(case) in case.named for case in others_lack],
+            meets=at_least(0.8),
+        ),
+        Figure(
+            "others' robots: the strongest effect put forward",
+            "",
+            [_strongest(case) in case.called for case in others_lack],
+        ),
+        Figure(
+            "others' robots: no false name",
+            "100 %",
+            [set(case.named) <= set(case.truth) for case in others],
+            meets=at_least(1.0),
+        ),
         Figure("95 % intervals cover", "92-98 %", covered, meets=lambda value: 0.92 <= value <= 0.98),
         Figure("coefficient error, strength >= 10", "<= 10 %", values=errors, meets=at_most(0.10)),
         Figure("held-out reduction, strength >= 10", ">= 0.8", values=reductions, meets=at_least(0.8)),

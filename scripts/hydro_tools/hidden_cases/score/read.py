@@ -1,11 +1,18 @@
 """Cases, answers and verdicts from disk."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
+from hydro_mujoco import DataError
+from hydro_mujoco.reading import read_json
+
 #: What a verdict may say.
 VERDICTS = ("named", "confusable", "no_gap", "unknown")
+
+
+#: Systems of our own generators, beside those whose name begins with RANDOM. Every other is others' robot.
+OWN = {"vehicle", "leg", "tow", "swim", "bluerov"}
+RANDOM = "random_"
 
 
 class ScoreError(Exception):
@@ -30,6 +37,11 @@ class Scored:
     def system(self) -> str:
         """vehicle, leg, tow, swim, bluerov, a stranger's robot, random_tree and so on."""
         return self.answer["system"]
+
+    @property
+    def strangers(self) -> bool:
+        """True of a robot that others wrote."""
+        return self.system not in OWN and not self.system.startswith(RANDOM)
 
     @property
     def truth(self) -> list[str]:
@@ -111,9 +123,9 @@ def _verdict(path: Path) -> dict | None:
 
 def _json(path: Path) -> dict:
     try:
-        return json.loads(path.read_text())
-    except json.JSONDecodeError as error:
-        raise ScoreError(f"{path}: not JSON: {error}") from error
+        return read_json(path)
+    except DataError as error:
+        raise ScoreError(str(error)) from error
 
 
 def _seconds(path: Path, verdict: dict | None) -> float | None:

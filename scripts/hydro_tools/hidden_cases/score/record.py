@@ -8,6 +8,9 @@ surrogate, any above 5 %, and the errors before and after on the trials kept bac
 import json
 from pathlib import Path
 
+from hydro_mujoco import DataError
+from hydro_mujoco.reading import read_text
+
 from .read import Scored, ScoreError
 
 SCHEMA = "hydro-hidden-record/1"
@@ -39,12 +42,15 @@ def save(path: Path, methods: dict[str, list[Scored]]) -> None:
         raise ScoreError(f"{path}: {error.strerror}") from error
 
 
-def load(paths: list[Path]) -> dict[str, list[Scored]]:
-    """Cases by method from the records of different cases."""
+def load(paths: list[Path], only: str | None = None) -> dict[str, list[Scored]]:
+    """Cases by method from the records of different cases; `only`: of this method, whatever others a record has."""
     methods: dict[str, list[Scored]] = {}
-    seen: dict[str, Path] = {}
+    seen: dict[tuple[str, str], Path] = {}  # by id and system: generators of one seed may give one id
     for path in paths:
         names, lines = _read(path)
+        if only and only not in names:
+            raise ScoreError(f"{path}: no method {only!r} (there is {', '.join(names)})")
+        names = [only] if only else names
         if seen and names != list(methods):
             raise ScoreError(
                 f"{path}: methods {', '.join(names)}, expected {', '.join(methods)} as in the files before"
@@ -53,11 +59,12 @@ def load(paths: list[Path]) -> dict[str, list[Scored]]:
         for number, line in lines:
             place = f"{path}, line {number}"
             case, answer, said = (_part(line, key, place) for key in ("case", "answer", "methods"))
-            if case in seen:
-                raise ScoreError(f"{place}: case {case} stands in {seen[case]} already")
-            seen[case] = path
             for key in ("kind", "system", "effects", "strength"):
                 _part(answer, key, place)
+            known = case, answer["system"]
+            if known in seen:
+                raise ScoreError(f"{place}: case {case} stands in {seen[known]} already")
+            seen[known] = path
             for name in names:
                 of = _part(said, name, place)
                 methods[name].append(Scored(case, answer, _part(of, "verdict", place), _part(of, "seconds", place)))
@@ -69,9 +76,9 @@ def load(paths: list[Path]) -> dict[str, list[Scored]]:
 def _read(path: Path) -> tuple[list[str], list[tuple[int, dict]]]:
     """Names of the methods, and number and content of every line of a case."""
     try:
-        text = path.read_text().splitlines()
-    except OSError as error:
-        raise ScoreError(f"{path}: {error.strerror}") from error
+        text = read_text(path).splitlines()
+    except DataError as error:
+        raise ScoreError(str(error)) from error
     lines = []
     for number, line in enumerate(text, 1):
         try:

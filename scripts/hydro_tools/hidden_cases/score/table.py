@@ -82,7 +82,8 @@ def show(results: dict[str, dict]) -> None:
                 low, high = (100 * edge for edge in band["interval"])
                 print(
                     f"  {band['from']:.2f} to {band['to']:.2f}  mean {band['stated']:.2f} -> "
-                    f"{100 * band['true']:.0f} % [{low:.0f}, {high:.0f}] n={band['n']}"
+                    f"{100 * band['true']:.0f} % [{low:.0f}, {high:.0f}] n={band['n']}, "
+                    f"{100 * (band['true'] - band['stated']):+.0f} points"
                 )
         alarm = result["alarm"]
         if alarm["n"]:
