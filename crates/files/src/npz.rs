@@ -242,8 +242,8 @@ impl<R: Read + Seek> Archive<R> {
                 "its header announces {announced}, which is not what {size} bytes hold"
             )));
         }
-        let taken = bytes.max(npy.len().checked_mul(size_of::<f64>() as u64));
-        if taken.is_none_or(|taken| taken > LARGEST_ARRAY) {
+        let numbers = npy.len().saturating_mul(size_of::<f64>() as u64);
+        if bytes.is_none_or(|bytes| bytes.max(numbers) > LARGEST_ARRAY) {
             return Err(damaged(format!(
                 "{announced} is larger than an array may be; expected {LARGEST_ARRAY} bytes at most, eight a number"
             )));

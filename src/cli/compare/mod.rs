@@ -62,10 +62,13 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
 
 /// Messages of failed jobs that the last message holds; each was shown when its job failed.
 const SHOWN: usize = 3;
+/// Characters of each.
+const LONGEST: usize = 600;
 
 /// The first messages, and how many more there are.
 fn listed(failed: &[String]) -> String {
-    let shown = failed.iter().take(SHOWN).map(hydro_files::short);
+    let shown = failed.iter().take(SHOWN);
+    let shown = shown.map(|message| hydro_files::one_line(message, LONGEST));
     let shown = shown.collect::<Vec<_>>().join("; ");
     match failed.len().saturating_sub(SHOWN) {
         0 => shown,
@@ -94,13 +97,13 @@ fn list(args: &Args, inputs: &Inputs, plan: &Plan, folder: &Folder) -> anyhow::R
 
 #[cfg(test)]
 mod tests {
-    use super::listed;
+    use super::{LONGEST, listed};
 
     #[test]
     fn three_failed_jobs_are_told_and_the_others_counted() {
         let failed = ["a", "b", "c", "d", "e"].map(str::to_owned);
         assert_eq!(listed(&failed[..3]), "a; b; c");
         assert_eq!(listed(&failed), "a; b; c; and 2 more");
-        assert!(listed(&["y".repeat(100_000)]).len() < 400);
+        assert!(listed(&["y".repeat(100_000)]).len() < LONGEST + 100);
     }
 }

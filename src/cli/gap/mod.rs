@@ -9,6 +9,7 @@ mod effects;
 mod flags;
 #[cfg(mujoco_plugins)]
 mod inputs;
+#[cfg(mujoco_plugins)]
 mod left_out;
 mod own_effects;
 #[cfg(mujoco_plugins)]
