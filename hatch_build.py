@@ -7,6 +7,7 @@ import platform
 import re
 import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
@@ -45,6 +46,15 @@ class Build(BuildHookInterface):
         build_data["tag"] = f"py3-none-{platform_tag(library, program)}"
         files = {str(library): f"{PACKAGE}/{library.name}", str(program): f"{PACKAGE}/bin/{program.name}"}
         build_data["force_include"].update(files | {str(root / place): f"{PACKAGE}/{place}" for place in DATA})
+        self.bill = tempfile.TemporaryDirectory()
+        listed = Path(self.bill.name, "crates.cdx.json")
+        listed.write_text(json.dumps(bill_of_materials(root, self.metadata.version), indent=1) + "\n")
+        build_data["sbom_files"].append(str(listed))
+
+    def finalize(self, version: str, build_data: dict, artifact_path: str) -> None:
+        """Remove what was made for the wheel alone."""
+        if hasattr(self, "bill"):
+            self.bill.cleanup()
 
 
 def compiled(root: Path) -> Path:
@@ -65,6 +75,34 @@ def compiled(root: Path) -> Path:
     if subprocess.run(command, cwd=root, env=environment).returncode:
         raise SystemExit(f"`{' '.join(command)}` failed; its output is above (pip shows it with -v)")
     return Path(root, environment.get("CARGO_TARGET_DIR", "target"), "debug" if profile == "dev" else profile)
+
+
+def bill_of_materials(root: Path, version: str) -> dict:
+    """Crates in plugin and program, with version and licence: CycloneDX 1.6, for the wheel's `sboms` (PEP 770)."""
+    tree = ["cargo", "tree", "--locked", "--package", "hydro", "--edges", "normal", "--prefix", "none"]
+    run = subprocess.run([*tree, "--format", "{p}|{l}"], cwd=root, capture_output=True, text=True)
+    if run.returncode:
+        raise SystemExit(f"`{' '.join(tree)}` failed: {run.stderr.strip()}")
+    # "NAME vVERSION (REMARK)|LICENCE"; those of this checkout have its folder as remark, and are what the list is of.
+    lines = sorted({line.removesuffix(" (*)") for line in run.stdout.splitlines()})
+    rows = [line.split("|") for line in lines if f"({root.resolve()}" not in line]
+    components = []
+    for crate, licence in rows:
+        name, number = crate.split()[:2]
+        purl = f"pkg:cargo/{name}@{number.removeprefix('v')}"
+        found = {"type": "library", "bom-ref": purl, "name": name, "version": number.removeprefix("v"), "purl": purl}
+        if licence:
+            found["licenses"] = [{"expression": " ".join(licence.replace("/", " OR ").split())}]
+        components.append(found)
+    wheel = {"type": "library", "bom-ref": "hydro-mujoco", "name": "hydro-mujoco", "version": version}
+    return {
+        "bomFormat": "CycloneDX",
+        "specVersion": "1.6",
+        "version": 1,
+        "metadata": {"component": wheel},
+        "components": components,
+        "dependencies": [{"ref": "hydro-mujoco", "dependsOn": [of["bom-ref"] for of in components]}],
+    }
 
 
 def check(program: Path, version: str) -> None:

@@ -64,6 +64,23 @@ fi
 wheel=$(echo "$place"/dist/hydro_mujoco-*.whl)
 say "built $(basename "$wheel"), $(du -k "$wheel" | awk '{printf "%.1f", $1 / 1024}') MB"
 [ "$(du -m "$wheel" | cut -f1)" -le $limit ] || die "the wheel is larger than $limit MB"
+"$python" - "$wheel" <<'CODE' || die 'its list of crates is not that of Cargo.lock'
+import json
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+with zipfile.ZipFile(sys.argv[1]) as wheel:
+    [name] = [name for name in wheel.namelist() if name.endswith(".dist-info/sboms/crates.cdx.json")]
+    components = json.loads(wheel.read(name))["components"]
+listed = {(of["name"], of["version"]) for of in components}
+locked = {(of["name"], of["version"]) for of in tomllib.loads(Path("Cargo.lock").read_text())["package"]}
+assert listed <= locked, listed - locked
+assert {"candle-core", "nalgebra", "safetensors", "zip"} <= {name for name, _ in listed}, listed
+assert not [of for of in components if "licenses" not in of]
+print(f"        {name}: {len(listed)} crates with their licences")
+CODE
 
 "$python" -m venv "$place/venv"
 bin=$place/venv/bin

@@ -6,6 +6,8 @@ import pytest
 
 from hydro_mujoco import gap
 from hydro_mujoco.plugin import built_library, load_plugin
+from hydro_tools.commands.bench_step import steps
+from hydro_tools.commands.bench_step import table as ratios
 from hydro_tools.water_costs.rows import ELSEWHERE, rows
 from hydro_tools.water_costs.scene import GEOMS
 from hydro_tools.water_costs.timing import measure, table
@@ -45,3 +47,11 @@ def test_a_table_of_medians(found):
     assert {name: each.shape for name, each in times.items()} == {row.name: (2, 3) for row in some}
     lines = table({"water": np.array([[1.0, 2, 4], [1, 3, 6], [1, 2, 4]])}).splitlines()
     assert lines[-1] == "| water | 4.00 | 3.00 | 2.00 (2.00 to 2.50) |"
+
+
+def test_two_builds_in_turn():
+    once = steps(built_library(), 1)
+    lines = ratios([once, once], [once, once]).splitlines()
+    assert len(lines) == 2 + len(once) and "| 1.000 (1.000 to 1.000) | the same bits |" in lines[-1]
+    slower = {name: {"microseconds": 2 * each["microseconds"], "end": "elsewhere"} for name, each in once.items()}
+    assert "| 2.000 (2.000 to 2.000) | another |" in ratios([once], [slower])

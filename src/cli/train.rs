@@ -116,6 +116,12 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         trainer.steps(),
         args.device
     );
+    if !trainer.validates() {
+        eprintln!(
+            "the val split of {} is empty: every epoch is trained, and the last one's weights are kept",
+            args.data.display()
+        );
+    }
     let cancel = cancel_on_signal()?;
     let mut observer = Watch {
         progress: Progress::new("training", trainer.steps() as u64),
@@ -301,8 +307,8 @@ impl Observer for Watch {
         self.progress.at(now.step as u64, &words);
     }
 
-    fn epoch(&mut self, record: &LogRecord, _: &Evaluation) {
-        self.best = Some(record.best);
+    fn epoch(&mut self, record: &LogRecord, _: Option<&Evaluation>) {
+        self.best = record.best;
         if let Some(error) = record.adjoint_error {
             self.progress.say(&format!(
                 "epoch {}: the continuous adjoint's gradient is {:.2} % off that of the steps as taken",

@@ -123,6 +123,20 @@ fn a_split_that_is_missing_costs_no_training_and_is_not_evaluated() {
 }
 
 #[test]
+fn without_a_validation_split_a_checkpoint_is_saved_and_that_is_said() {
+    let (_folder, data, out) = place();
+    edit(&data, |manifest| {
+        manifest["splits"]["val"] = serde_json::json!({"trajectories": 0, "shards": []});
+    });
+    let output = hydro(&train(&data, &out, &SHORT));
+    let text = message(&output);
+    assert!(output.status.success(), "{text}");
+    let told = format!("the val split of {} is empty", data.display());
+    assert!(text.contains(&told), "{text}");
+    assert!(Checkpoint::load(&out).unwrap().card.metrics["pooled"].is_number());
+}
+
+#[test]
 fn a_force_beyond_all_numbers_is_an_error() {
     let (folder, data, out) = place();
     assert!(hydro(&train(&data, &out, &SHORT)).status.success());

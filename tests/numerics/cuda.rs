@@ -249,7 +249,11 @@ fn a_run_has_the_losses_of_the_processor_and_can_change_sides() {
     let (_, ours) = go_on(&mut here, &root.path().join("cuda"), usize::MAX);
     close(&ours, &theirs);
     let validation = |trainer: &Trainer| -> Vec<f64> {
-        trainer.log().iter().map(|epoch| epoch.validation).collect()
+        trainer
+            .log()
+            .iter()
+            .filter_map(|epoch| epoch.validation)
+            .collect()
     };
     close(&validation(&here), &validation(&there));
 
@@ -260,7 +264,7 @@ fn a_run_has_the_losses_of_the_processor_and_can_change_sides() {
     let val = dataset.split("val", None).unwrap();
     let read = Checkpoint::load(&folder).unwrap();
     let found = evaluate(&read, &val, InitialForce::Recorded).unwrap();
-    let best = here.log().last().unwrap().best;
+    let best = here.log().last().unwrap().best.unwrap();
     close(&[found.errors.pooled], &[best]);
 
     // Begun on either, gone on with on the other, in the middle of an epoch.

@@ -94,6 +94,13 @@ fn trained(
         return Ok(Checkpoint::load(&path)?);
     }
     let mut trainer = Trainer::new(settings.clone(), data)?;
+    if !trainer.validates() {
+        bail!(
+            "{job}: the val split of {} is empty: it needs a trajectory at least, for methods are compared at their best epoch; \
+             make a larger data set",
+            data.folder().display()
+        );
+    }
     let resumed = trainer.resume(&folder.run(job))?;
     let before = before.filter(|_| resumed);
     let cancel = cancel_on_signal()?;
@@ -148,7 +155,7 @@ impl Observer for Watch<'_> {
         self.progress.at(now.step as u64, &words);
     }
 
-    fn epoch(&mut self, record: &LogRecord, _: &Evaluation) {
+    fn epoch(&mut self, record: &LogRecord, _: Option<&Evaluation>) {
         let note = TrainingNote {
             epochs: record.epoch + 1,
             seconds: self.seconds + self.began.elapsed().as_secs_f64(),
@@ -156,7 +163,7 @@ impl Observer for Watch<'_> {
                 .map_or(1, Into::into)
                 .min(threads()),
             peak_memory_mib: peak_memory().into_iter().chain(self.peak).reduce(f64::max),
-            validation: Some(record.best).filter(|best| best.is_finite()),
+            validation: record.best.filter(|best| best.is_finite()),
         };
         if let Err(fault) =
             self.folder

@@ -1,6 +1,7 @@
 //! A body's frame in motion, and how its degrees of freedom move it.
 
 use nalgebra::{Matrix3, Vector3, Vector6};
+use smallvec::SmallVec;
 
 use crate::{
     mujoco::{
@@ -10,11 +11,14 @@ use crate::{
     plugin::bound::WetBody,
 };
 
+/// Those of a free body stand where the frame does, without an allocation a step.
+type Columns = SmallVec<[Vector6<f64>; 6]>;
+
 /// A body's frame in motion.
 pub(super) struct Frame {
     pub(super) rotation: Matrix3<f64>,
     /// Velocity of the body [6] by each of its degrees of freedom, body frame: linear, angular.
-    pub(super) columns: Vec<Vector6<f64>>,
+    pub(super) columns: Columns,
     pub(super) origin: Vector3<f64>,
     /// Origin from the point that MuJoCo's spatial vectors are about.
     pub(super) arm: Vector3<f64>,

@@ -57,6 +57,7 @@ unsafe extern "C" fn passive(m: *const mjModel, d: *mut mjData) {
         let Some(mut data) = (unsafe { DataView::from_callback(m, d) }) else {
             return;
         };
-        instance_effects::add_once(&mut data, None);
+        let effects = instance_effects::with_effects(&mut data);
+        instance_effects::add_once(&mut data, &effects, None);
     });
 }

@@ -3,9 +3,8 @@
 use hydro_frames::Wrench;
 
 use super::{
-    instance_effects::{with_effects, with_sources},
+    instance_effects::{Effects, held_with_effects, move_water, with_sources},
     instances::carrying_body,
-    memory_fit::held,
 };
 use crate::{
     mujoco::{
@@ -13,7 +12,7 @@ use crate::{
         effects::{active_effects, forces},
         ffi::{DataView, ModelView},
     },
-    plugin::{Base, Bound, Handle, LearnedForce},
+    plugin::{Base, Handle, LearnedForce},
 };
 
 /// The force of an instance's checkpoint, with its body.
@@ -23,18 +22,20 @@ pub(crate) struct Applied {
     /// Degree of freedom and torque on it [N m; N of a slide].
     pub(crate) joints: Vec<(usize, f64)>,
     pub(crate) instance: Handle,
+    /// Of all instances of the model.
+    pub(crate) effects: Effects,
 }
 
 /// The force of an instance's checkpoint at the state of `data`: pure but for a note on a cold start.
 /// Zero where there are effects alone.
 pub(crate) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
-    let instance = held(data, id)?;
+    let (instance, effects) = held_with_effects(data, id)?;
     let body = carrying_body(data.model(), id)?;
     let mut force = LearnedForce::default();
     if let Some(learned) = instance.learned() {
         let mut moment_water = [0.0; 3];
-        if water_moves(data) {
-            moment_water = water_at(data, id, learned.features().base(), body);
+        if move_water(&effects) {
+            moment_water = water_at(data, &effects, id, learned.features().base(), body);
         }
         let mut moment = data.moment();
         moment.water = moment_water;
@@ -54,21 +55,18 @@ pub(crate) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
         wrench: force.wrench,
         joints: force.joints,
         instance,
+        effects,
     })
 }
 
-/// True where an effect or a sea moves the water.
-pub(crate) fn water_moves(data: &mut DataView<'_>) -> bool {
-    let moves = |bound: &Bound| !bound.water.is_empty() || bound.sea.moves();
-    active_effects::current().is_some_and(|active| moves(&active.bound))
-        || with_effects(data)
-            .iter()
-            .any(|of| of.instance.effects().is_some_and(moves))
-}
-
 /// Velocity that effects and the instance's own sea add to the water at the base, at the time of `data`, world [m/s].
-pub(crate) fn water_at(data: &mut DataView<'_>, id: usize, base: &Base, body: usize) -> [f64; 3] {
-    let instances = with_effects(data);
+pub(crate) fn water_at(
+    data: &DataView<'_>,
+    effects: &Effects,
+    id: usize,
+    base: &Base,
+    body: usize,
+) -> [f64; 3] {
     // At a step's end `xpos` is still that of its start.
     let at = match base {
         Base::Free { qpos, .. } => {
@@ -77,18 +75,17 @@ pub(crate) fn water_at(data: &mut DataView<'_>, id: usize, base: &Base, body: us
         }
         _ => ModelView::triple(data.xpos(), body),
     };
-    let which = instances.iter().position(|of| of.id == id);
-    with_sources(data, &instances, |data, sources| {
+    let which = effects.iter().position(|of| of.id == id);
+    with_sources(data, effects, |data, sources| {
         forces::added_water(data, sources, which, at, data.time())
     })
 }
 
 /// All that acts on the body: the checkpoint's wrench, and effects but for what is proportional to
 /// acceleration.
-pub(crate) fn total_wrench(data: &mut DataView<'_>, now: &Applied) -> Wrench {
-    let instances = with_effects(data);
+pub(crate) fn total_wrench(data: &DataView<'_>, now: &Applied) -> Wrench {
     let mut sum = now.wrench.to_array();
-    with_sources(data, &instances, |data, sources| {
+    with_sources(data, &now.effects, |data, sources| {
         let effects = forces::on_body(data, sources, now.body);
         for (sum, more) in sum.iter_mut().zip(effects) {
             *sum += more;

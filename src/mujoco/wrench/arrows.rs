@@ -41,7 +41,7 @@ pub(crate) unsafe extern "C" fn visualize(
         let Some(now) = applied(&mut data, id as usize) else {
             return;
         };
-        let wrench = total_wrench(&mut data, &now);
+        let wrench = total_wrench(&data, &now);
         let visual = &data.model().raw().vis;
         let attitude = ModelView::quadruple(data.xquat(), now.body);
         let origin = joint_space::vector(data.xpos(), now.body);

@@ -1,5 +1,7 @@
 //! The named effects of all instances of a model, and the one place where they are added to MuJoCo's forces.
 
+use smallvec::SmallVec;
+
 use super::{
     instances::instances,
     memory_fit::held,
@@ -10,7 +12,7 @@ use crate::{
         effects::{active_effects, forces::Additions, source::Source},
         ffi::{DataView, warn},
     },
-    plugin::Handle,
+    plugin::{Bound, Handle},
 };
 
 /// An instance that has effects.
@@ -20,12 +22,18 @@ pub(crate) struct InstanceEffects {
     pub(crate) instance: Handle,
 }
 
+/// As many instances are kept without an allocation.
+const FEW: usize = 4;
+
+/// Instances that have effects, in MuJoCo's order.
+pub(crate) type Effects = SmallVec<[InstanceEffects; FEW]>;
+
 /// The instances that have effects, in MuJoCo's order.
-pub(crate) fn with_effects(data: &mut DataView<'_>) -> Vec<InstanceEffects> {
+pub(crate) fn with_effects(data: &mut DataView<'_>) -> Effects {
     if data.model().plugin().is_empty() {
-        return Vec::new();
+        return Effects::new();
     }
-    let ids: Vec<usize> = instances(data.model()).collect();
+    let ids: SmallVec<[usize; FEW]> = instances(data.model()).collect();
     ids.into_iter()
         .filter_map(|id| {
             let instance = held(data, id)?;
@@ -37,6 +45,33 @@ pub(crate) fn with_effects(data: &mut DataView<'_>) -> Vec<InstanceEffects> {
         .collect()
 }
 
+/// An instance and [`with_effects`], each held once; `None` where the instance is put aside.
+pub(crate) fn held_with_effects(data: &mut DataView<'_>, id: usize) -> Option<(Handle, Effects)> {
+    let (mut own, mut effects) = (None, Effects::new());
+    let ids: SmallVec<[usize; FEW]> = instances(data.model()).collect();
+    for of in ids {
+        let Some(instance) = held(data, of) else {
+            continue;
+        };
+        if of == id {
+            own = Some(instance.clone());
+        }
+        if instance.effects().is_some() {
+            effects.push(InstanceEffects { id: of, instance });
+        }
+    }
+    own.map(|own| (own, effects))
+}
+
+/// True where an effect or a sea moves the water.
+pub(crate) fn move_water(effects: &Effects) -> bool {
+    let moves = |bound: &Bound| !bound.water.is_empty() || bound.sea.moves();
+    active_effects::current().is_some_and(|active| moves(&active.bound))
+        || effects
+            .iter()
+            .any(|of| of.instance.effects().is_some_and(moves))
+}
+
 /// Calls with the effects of all instances, then those that are active on this thread.
 pub(crate) fn with_sources<T>(
     data: &DataView<'_>,
@@ -44,7 +79,7 @@ pub(crate) fn with_sources<T>(
     call: impl FnOnce(&DataView<'_>, &[Source<'_>]) -> T,
 ) -> T {
     let active = active_effects::current();
-    let mut sources: Vec<Source<'_>> = Vec::with_capacity(instances.len() + 1);
+    let mut sources: SmallVec<[Source<'_>; FEW]> = SmallVec::new();
     for InstanceEffects { id, instance } in instances {
         let turned = active.and_then(|active| active.nominal.iter().find(|(of, _)| of == id));
         let Some(bound) = turned.map(|(_, bound)| bound).or(instance.effects()) else {
@@ -69,12 +104,11 @@ pub(crate) fn with_sources<T>(
 /// Adds all effects of a simulation to `qfrc_passive` and to the inertia matrix: in the callback of the
 /// last that has any, so that the matrix is made once. `instance` is the plugin instance that asks; the
 /// passive callback, which comes before all instances, is none.
-pub(crate) fn add_once(data: &mut DataView<'_>, instance: Option<usize>) {
-    let instances = with_effects(data);
-    if instances.last().map(|last| last.id) != instance {
+pub(crate) fn add_once(data: &mut DataView<'_>, effects: &Effects, instance: Option<usize>) {
+    if effects.last().map(|last| last.id) != instance {
         return;
     }
-    let mut additions = with_sources(data, &instances, |data, sources| {
+    let mut additions = with_sources(data, effects, |data, sources| {
         Additions::collect(data, sources)
     });
     if additions.fault.is_some() && active_effects::current().is_some() {

@@ -10,6 +10,7 @@ use std::{
 };
 
 use parking_lot::Mutex;
+use rustc_hash::FxHashMap;
 
 use crate::{mujoco::ffi::ModelView, plugin::InstanceKey};
 
@@ -20,8 +21,8 @@ const MOST: usize = 1024;
 type Place = (usize, usize);
 
 thread_local! {
-    /// Places that this thread has looked at, with the instance that belongs there.
-    static LOOKED_AT: RefCell<HashMap<Place, InstanceKey>> = RefCell::default();
+    /// Places that this thread has looked at, with the instance that belongs there: asked several times a step.
+    static LOOKED_AT: RefCell<FxHashMap<Place, InstanceKey>> = RefCell::default();
 }
 
 /// Digests of the attributes that an instance was made from.

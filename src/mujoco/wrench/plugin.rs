@@ -10,12 +10,11 @@ use std::ffi::{CStr, c_char, c_int, c_void};
 use hydro_frames::Wrench;
 
 use super::{
-    applied::{applied, total_wrench, water_at, water_moves},
+    applied::{applied, total_wrench, water_at},
     arrows,
-    instance_effects::{self, with_effects, with_sources},
+    instance_effects::{self, held_with_effects, move_water, with_sources},
     instances::{self, BROKEN, carrying_body, set_up, settings},
-    memory_fit::{self, held},
-    origins, submerged,
+    memory_fit, origins, submerged,
     told_once::tell_once,
     warned_once::{self, Cause},
 };
@@ -220,10 +219,10 @@ unsafe extern "C" fn compute(m: *const mjModel, d: *mut mjData, id: c_int, capab
                 joint_space::add_torques(&mut data, &now.joints);
             }
             if now.instance.effects().is_some() {
-                instance_effects::add_once(&mut data, Some(id as usize));
+                instance_effects::add_once(&mut data, &now.effects, Some(id as usize));
             }
         } else {
-            let wrench = total_wrench(&mut data, &now);
+            let wrench = total_wrench(&data, &now);
             report(&mut data, id, wrench);
         }
     });
@@ -247,15 +246,14 @@ unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
             return;
         };
         let id = id as usize;
-        let Some(instance) = held(&mut data, id) else {
+        let Some((instance, effects)) = held_with_effects(&mut data, id) else {
             return;
         };
         let start = instance.learned_len();
         if data.instance_state(id).len() > start {
-            let instances = with_effects(&mut data);
             let mut memory = data.instance_state(id)[start..].to_vec();
-            if let Some(which) = instances.iter().position(|of| of.id == id) {
-                with_sources(&data, &instances, |data, sources| {
+            if let Some(which) = effects.iter().position(|of| of.id == id) {
+                with_sources(&data, &effects, |data, sources| {
                     forces::advance_memory(data, sources, which, &mut memory);
                 });
             }
@@ -266,10 +264,10 @@ unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
             return;
         };
         let mut water = [0.0; 3];
-        if water_moves(&mut data)
+        if move_water(&effects)
             && let Some(body) = carrying_body(data.model(), id)
         {
-            water = water_at(&mut data, id, learned.features().base(), body);
+            water = water_at(&data, &effects, id, learned.features().base(), body);
         }
         let (state, mut moment) = data.plugin_state_and_moment(id);
         moment.water = water;

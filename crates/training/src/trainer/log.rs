@@ -17,12 +17,12 @@ pub struct LogRecord {
     pub loss: f64,
     /// Learning rate of its last step.
     pub learning_rate: f64,
-    /// Pooled normalised RMSE on the validation split, open loop over whole trajectories.
-    pub validation: f64,
+    /// Pooled normalised RMSE on the validation split, open loop over whole trajectories; `None` (null) where that split is empty.
+    pub validation: Option<f64>,
     /// The same with hydrostatics taken out of the scale.
-    pub validation_hydrodynamic: f64,
+    pub validation_hydrodynamic: Option<f64>,
     /// The best `validation` so far.
-    pub best: f64,
+    pub best: Option<f64>,
     /// Distance of the continuous adjoint's gradient, on the epoch's first batch and where it is followed, from that of
     /// the steps as taken, as a share of the latter's norm.
     #[serde(default, skip_serializing_if = "Option::is_none")]

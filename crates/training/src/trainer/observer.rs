@@ -31,8 +31,8 @@ pub trait Observer {
         let _ = progress;
     }
 
-    /// After every epoch, with its validation.
-    fn epoch(&mut self, record: &LogRecord, validation: &Evaluation) {
+    /// After every epoch, with its validation; none where that split is empty.
+    fn epoch(&mut self, record: &LogRecord, validation: Option<&Evaluation>) {
         let _ = (record, validation);
     }
 }

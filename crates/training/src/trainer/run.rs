@@ -128,16 +128,14 @@ impl Trainer {
         let dataset = &dataset.clone().with_outputs(config.outputs)?;
         let train = dataset.split("train", config.trajectories)?;
         let validation = dataset.split("val", None)?;
-        for (name, split) in [("train", &train), ("val", &validation)] {
-            if split.is_empty() {
-                return Err(TrainError::Split {
-                    split: name,
-                    reason: format!(
-                        "of {} is empty: it needs a trajectory at least, make a larger data set",
-                        dataset.folder().display()
-                    ),
-                });
-            }
+        if train.is_empty() {
+            return Err(TrainError::Split {
+                split: "train",
+                reason: format!(
+                    "of {} is empty: it needs a trajectory at least, make a larger data set",
+                    dataset.folder().display()
+                ),
+            });
         }
         let manifest = dataset.manifest().clone();
         config.model.check_features(&manifest.features)?;
@@ -232,6 +230,11 @@ impl Trainer {
     /// Device of the steps before the last [`Trainer::resume`]; `None` without one.
     pub fn resumed_from(&self) -> Option<TrainDevice> {
         self.resumed_from
+    }
+
+    /// False where the validation split is empty: the weights are then those of the last epoch.
+    pub fn validates(&self) -> bool {
+        !self.validation.is_empty()
     }
 
     /// Number of weights.
@@ -362,33 +365,41 @@ impl Trainer {
         }
     }
 
-    /// Validates, remembers the best weights, writes the epoch's line.
+    /// Validates where there is a split for it, remembers the best weights, writes the epoch's line.
     fn close_epoch(&mut self, rate: f64, observer: &mut dyn Observer) -> Result<(), TrainError> {
-        let validation = evaluate_model(
-            &self.model,
-            &self.manifest.outputs,
-            &self.validation,
-            InitialForce::Recorded,
-        )?;
+        let validation = self
+            .validates()
+            .then(|| {
+                evaluate_model(
+                    &self.model,
+                    &self.manifest.outputs,
+                    &self.validation,
+                    InitialForce::Recorded,
+                )
+            })
+            .transpose()?;
+        let errors = validation.as_ref().map(|of| &of.errors);
         let place = &mut self.position;
-        if place
-            .best
-            .is_none_or(|best| best.is_nan() || validation.errors.pooled < best)
-        {
-            place.best = Some(validation.errors.pooled);
-            place.since_best = 0;
-            self.best = self.parameters.snapshot()?;
-        } else {
-            place.since_best += 1;
+        if let Some(errors) = errors {
+            if place
+                .best
+                .is_none_or(|best| best.is_nan() || errors.pooled < best)
+            {
+                place.best = Some(errors.pooled);
+                place.since_best = 0;
+                self.best = self.parameters.snapshot()?;
+            } else {
+                place.since_best += 1;
+            }
         }
         let record = LogRecord {
             epoch: place.epoch,
             step: place.step,
             loss: place.loss_sum / place.step_in_epoch.max(1) as f64,
             learning_rate: rate,
-            validation: validation.errors.pooled,
-            validation_hydrodynamic: validation.errors.pooled_hydrodynamic,
-            best: place.best.unwrap_or(validation.errors.pooled),
+            validation: errors.map(|of| of.pooled),
+            validation_hydrodynamic: errors.map(|of| of.pooled_hydrodynamic),
+            best: place.best,
             adjoint_error: place.adjoint_error.take(),
         };
         place.log.push(record.clone());
@@ -397,7 +408,7 @@ impl Trainer {
         place.loss_sum = 0.0;
         place.finished =
             place.since_best >= self.config.patience || place.epoch >= self.config.epochs;
-        observer.epoch(&record, &validation);
+        observer.epoch(&record, validation.as_ref());
         Ok(())
     }
 
@@ -415,7 +426,7 @@ impl Trainer {
         log::write(&folder.join(LOG), &self.position.log)
     }
 
-    /// The best weights so far (the present ones before the first epoch has ended), with a card.
+    /// The best weights so far (the present ones before the first epoch has ended and without a validation split), with a card.
     pub fn checkpoint(&self, name: &str, command: &str) -> Result<Checkpoint, TrainError> {
         let manifest = &self.manifest;
         let card = Card {

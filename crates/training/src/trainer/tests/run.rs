@@ -101,13 +101,14 @@ fn fixture() -> (tempfile::TempDir, Dataset, PathBuf) {
     (root, dataset, run)
 }
 
+fn values(tensor: &Tensor) -> Vec<f32> {
+    tensor
+        .flatten_all()
+        .and_then(|t| t.to_vec1())
+        .expect("numbers")
+}
+
 fn weights(trainer: &Trainer) -> Vec<Vec<f32>> {
-    let values = |tensor: &Tensor| {
-        tensor
-            .flatten_all()
-            .and_then(|t| t.to_vec1())
-            .expect("numbers")
-    };
     trainer
         .parameters
         .iter()
@@ -343,7 +344,7 @@ fn a_controlled_equation_learns_too() {
         };
         let trainer = trained(config, &dataset, &run.join(control.to_string()));
         let (first, best) = (
-            trainer.log()[0].validation,
+            trainer.log()[0].validation.expect("validated"),
             trainer.position.best.expect("validated"),
         );
         assert!(
@@ -594,25 +595,56 @@ fn a_state_of_other_settings_or_of_nothing_is_refused() {
     assert!(!other.resume(&run.join("nowhere")).expect("none there"));
 }
 
+/// The data set of the fixture without the trajectories of a split.
+fn without(dataset: &Dataset, split: &str) -> Dataset {
+    let path = dataset.folder().join("manifest.json");
+    let bytes = fs::read(&path).expect("read");
+    let mut manifest: serde_json::Value = serde_json::from_slice(&bytes).expect("JSON");
+    manifest["splits"][split] = serde_json::json!({"trajectories": 0, "shards": []});
+    fs::write(&path, manifest.to_string()).expect("written");
+    Dataset::open(dataset.folder()).expect("a data set")
+}
+
 #[test]
-fn a_split_without_a_trajectory_is_refused_before_any_work() {
-    for split in ["train", "val"] {
-        let (root, dataset, _) = fixture();
-        let path = dataset.folder().join("manifest.json");
-        let bytes = fs::read(&path).expect("read");
-        let mut manifest: serde_json::Value = serde_json::from_slice(&bytes).expect("JSON");
-        manifest["splits"][split] = serde_json::json!({"trajectories": 0, "shards": []});
-        fs::write(&path, manifest.to_string()).expect("written");
-        let dataset = Dataset::open(dataset.folder()).expect("a data set");
-        let error = Trainer::new(config(), &dataset).expect_err("no trajectory");
-        let text = error.to_string();
-        let folder = root.path().display().to_string();
-        assert!(
-            text.contains(&format!("the {split} split of {folder}"))
-                && text.contains("is empty: it needs a trajectory at least"),
-            "{text}"
-        );
+fn a_training_split_without_a_trajectory_is_refused_before_any_work() {
+    let (root, dataset, _) = fixture();
+    let error = Trainer::new(config(), &without(&dataset, "train")).expect_err("no trajectory");
+    let text = error.to_string();
+    let folder = root.path().display().to_string();
+    assert!(
+        text.contains(&format!("the train split of {folder}"))
+            && text.contains("is empty: it needs a trajectory at least"),
+        "{text}"
+    );
+}
+
+#[test]
+fn without_validation_every_epoch_is_trained_and_the_last_weights_are_kept() {
+    let (_root, dataset, run) = fixture();
+    let dataset = without(&dataset, "val");
+    let config = TrainConfig {
+        epochs: 3,
+        patience: 1,
+        ..config()
+    };
+    let mut trainer = Trainer::new(config.clone(), &dataset).expect("a trainer");
+    assert!(!trainer.validates());
+    let outcome = trainer
+        .run(&run, &AtomicBool::new(false), &mut ())
+        .expect("runs");
+    assert_eq!((outcome, trainer.log().len()), (TrainOutcome::Finished, 3));
+    let told = trainer.log().iter();
+    let mut told = told.flat_map(|epoch| [epoch.validation, epoch.best]);
+    assert!(told.all(|error| error.is_none()));
+    let kept = trainer.checkpoint("last", "").expect("a checkpoint");
+    let last = trainer.parameters.snapshot().expect("weights");
+    for (name, weights) in kept.weights() {
+        assert_eq!(values(weights), values(&last[name]), "{name}");
     }
+    // The log of such a run is read again.
+    let mut again = Trainer::new(config, &dataset).expect("a trainer");
+    assert!(again.resume(&run).expect("resumes"));
+    assert_eq!(again.log(), trainer.log());
 }
 
 #[test]
