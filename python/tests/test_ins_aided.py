@@ -35,6 +35,35 @@ def test_normalised_errors_of_the_filter_are_chi_square():
     assert (single > 0.35).all() and (single < 1.9).all()
 
 
+def test_a_coarse_pressure_sensor_is_believed_no_more_than_its_step():
+    model, data = scene(depth=30)
+    squares = []
+    for seed in range(12):
+        pressure = Pressure(model, "nose", noise=0.0, bias=0.0, resolution=3000.0, seed=seed)
+        ins = Ins(model, "rov", dvl=Dvl(model, "nose", seed=seed), pressure=pressure, period=2.0, seed=seed)
+        for tick in range(41):
+            move(model, data, place=(0, 0, -5.13 - 0.02 * seed), velocity=(0, 0, 0), time=tick)
+            reading = ins.read(data)
+        found = error(reading, data.body("rov").xpos, np.zeros(3), data.body("rov").xmat)
+        squares.append(found[2] ** 2 / reading.covariance[2, 2])
+    assert np.mean(squares) < 3
+
+
+def test_out_of_the_water_pressure_tells_no_height():
+    model, data = scene(depth=30)
+    ins = Ins(model, "rov", pressure=Pressure(model, "nose"), period=0.5)
+    heights = {}
+    for tick in range(121):
+        # A minute under water and a minute on deck.
+        height = -2.0 if tick < 60 else 1.5
+        move(model, data, place=(0, 0, height), velocity=(0, 0, 0), time=0.05 * tick)
+        reading = ins.read(data)
+        heights[tick] = height - reading.position[2], reading.deviation.ravel()[2]
+    assert abs(heights[59][0]) < 4 * heights[59][1]
+    # The step to the deck is no motion that the inertial unit feels: from there on the estimate is not drawn to the surface.
+    assert heights[120][0] == pytest.approx(heights[60][0], abs=0.2) and heights[120][1] > heights[59][1]
+
+
 def test_in_waves_it_needs_to_know_their_noise_of_depth():
     model, data = scene(depth=30, waves=[{"height": 1.0, "period": 6.0}])
     calm, told = (

@@ -44,6 +44,8 @@ def by_pressure(
 ) -> Estimate:
     """The estimate after depth, z = waterline - (p + R l)_z + b / (rho g); unchanged without weight of the water.
 
+    A reading that air may have given, within three standard deviations of the air's pressure, tells no height.
+
     Args:
         estimate: before. data, pressure: to be read.
         lever: l, from the inertial unit to the sensor along the unit's axes [m].
@@ -54,6 +56,10 @@ def by_pressure(
     weight = water.density * water.gravity
     if not weight:
         return estimate
+    depth = pressure.read(data).depth
+    white = np.hypot(pressure.deviations[0], pressure.rounding)
+    if depth * weight < 3 * np.hypot(white, pressure.deviations[1]):
+        return estimate
     reach = matrix(estimate.attitude) @ lever
     rows = np.zeros((1, len(estimate.covariance)))
     rows[0, POSITION] = [0, 0, -1]
@@ -61,8 +67,8 @@ def by_pressure(
     rows[0, bias] = 1 / weight
     expected = (water.waterline or 0.0) - estimate.position[2] - reach[2]
     expected += estimate.instruments[bias - MOTION] / weight
-    noise = (pressure.deviations[0] / weight) ** 2 + extra**2
-    return correct(estimate, np.array([pressure.read(data).depth - expected]), rows, np.array([[noise]]))
+    noise = (white / weight) ** 2 + extra**2
+    return correct(estimate, np.array([depth - expected]), rows, np.array([[noise]]))
 
 
 def by_gps(estimate: Estimate, data: mujoco.MjData, gps: Gps, lever: np.ndarray, slow: int) -> Estimate:

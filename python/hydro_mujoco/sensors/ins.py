@@ -122,7 +122,8 @@ class Ins:
         if dvl:
             others.append((np.array([dvl.scale_error]), np.inf))
         if pressure:
-            others.append((np.array([pressure.deviations[1]]), np.inf))
+            # At a depth that stays, the rounding does too.
+            others.append((np.array([np.hypot(pressure.deviations[1], pressure.rounding)]), np.inf))
         if gps:
             others.append((gps.slow, gps.time_constant))
         self._instruments = Instruments(

@@ -68,6 +68,8 @@ class Pressure:
         self.deviations = at_least("noise", noise, 0, " Pa"), at_least("bias", bias, 0, " Pa")
         self._bias = self.deviations[1] * float(self._noise.constant())
         self._resolution = at_least("resolution", resolution, 0, " Pa")
+        #: Standard deviation of the rounding to a step of the readings [Pa].
+        self.rounding = self._resolution / np.sqrt(12)
 
     def read(self, data: mujoco.MjData) -> PressureReading:
         """The reading at the state of `data`."""

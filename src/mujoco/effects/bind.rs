@@ -35,6 +35,10 @@ use crate::{
 const NO_MOTION: &str =
     "it changes a reading and no motion; it belongs into `sensors` of a verdict's patch";
 
+/// Why backlash is refused where a simulation has it as an effect.
+const NO_FORCE: &str = "it is no force but a second joint: put one of the same type and axis behind the first in its <body>, with \
+                        `range` of half the play to either side";
+
 /// Numbers of memory of all effects of an instance, at most: 128 MiB.
 const MOST_MEMORY: usize = 1 << 24;
 
@@ -80,6 +84,9 @@ fn add(
     around: &Surroundings,
     bound: &mut Bound,
 ) -> Result<(), String> {
+    if entry.effect == Id::JointBacklash && !around.is_hypothesis {
+        return Err(NO_FORCE.to_owned());
+    }
     let effect = effect(entry.effect);
     let kind = effect.card().target;
     let found = target(model, kind, &entry.target)?;
