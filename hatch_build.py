@@ -78,7 +78,7 @@ def compiled(root: Path) -> Path:
 
 
 def bill_of_materials(root: Path, version: str) -> dict:
-    """Crates in plugin and program, with version and licence: CycloneDX 1.6, for the wheel's `sboms` (PEP 770)."""
+    """Crates that plugin and program are compiled from: CycloneDX 1.6, for the wheel's `sboms` (PEP 770)."""
     tree = ["cargo", "tree", "--locked", "--package", "hydro", "--edges", "normal", "--prefix", "none"]
     run = subprocess.run([*tree, "--format", "{p}|{l}"], cwd=root, capture_output=True, text=True)
     if run.returncode:

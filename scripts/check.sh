@@ -17,10 +17,10 @@ if [ "${1:-}" = fast ]; then
   rev=${2:-HEAD}
   changed=$({ git diff --name-only "$rev"; git ls-files --others --exclude-standard; } | sort -u)
   packages=()
-  for crate in frames effects gap model training; do
+  for crate in files frames effects gap model training; do
     grep -q "^crates/$crate/" <<<"$changed" && packages+=(-p "hydro-$crate")
   done
-  grep -qE '^(src|tests|benches|mjcf|models|build\.rs)' <<<"$changed" && packages+=(-p hydro)
+  grep -qE '^(src|tests|benches|fuzz|mjcf|models|build\.rs)' <<<"$changed" && packages+=(-p hydro)
   grep -qE '^Cargo\.(toml|lock)' <<<"$changed" && packages=(--workspace)
   step 'format, rules of the house'
   cargo fmt --all --check
@@ -70,6 +70,8 @@ if cargo deny --version >/dev/null 2>&1; then
     echo 'check.sh: the advisory database cannot be fetched: no crate is looked up there'
   fi
   cargo deny --log-level warn check "${checks[@]}"
+else
+  echo "check.sh: no cargo-deny: licences and advisories of others' crates are not checked (cargo install --locked cargo-deny)"
 fi
 step 'documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --document-private-items --quiet

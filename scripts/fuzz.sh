@@ -64,6 +64,10 @@ for target in "${targets[@]}"; do
   count=$(find "fuzz/artifacts/$target" -type f -newer "$began" | wc -l)
   corpus=$(find "out/fuzz/$target" -type f | wc -l)
   rate=$((${executions:-0} / (seconds > 0 ? seconds : 1)))
+  if [ "${executions:-0}" -eq 0 ]; then
+    echo "fuzz.sh: $target ran nothing: $(tail -n 1 "out/fuzz/$target.log")" >&2
+    findings=$((findings + 1))
+  fi
   echo "| \`$target\` | $seconds | ${executions:-0} | $rate | $count | $corpus |"
   findings=$((findings + count))
 done

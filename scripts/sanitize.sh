@@ -74,8 +74,8 @@ memcheck() {
 }
 
 miri() {
-  MIRIFLAGS=-Zmiri-disable-isolation cargo +nightly miri test -p hydro-frames -p hydro-files
-  MIRIFLAGS=-Zmiri-disable-isolation cargo +nightly miri test -p hydro-effects own:: sea::
+  MIRIFLAGS=-Zmiri-disable-isolation cargo +nightly miri test -p hydro-frames -p hydro-files &&
+    MIRIFLAGS=-Zmiri-disable-isolation cargo +nightly miri test -p hydro-effects own:: sea::
 }
 
 for name in ${*:-asan tsan valgrind miri}; do

@@ -54,7 +54,7 @@ def test_out_of_the_water_pressure_tells_no_height():
     ins = Ins(model, "rov", pressure=Pressure(model, "nose"), period=0.5)
     heights = {}
     for tick in range(121):
-        # A minute under water and a minute on deck.
+        # Three seconds under water and three on deck.
         height = -2.0 if tick < 60 else 1.5
         move(model, data, place=(0, 0, height), velocity=(0, 0, 0), time=0.05 * tick)
         reading = ins.read(data)

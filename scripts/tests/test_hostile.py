@@ -34,6 +34,8 @@ LIMITS = Limits(1 << 30, 0.5)
         (-11, "", None, "broken"),
         (130, "", 0.2, "accepted"),
         (130, "", 1.4, "broken"),
+        (-2, "", 0.2, "accepted"),
+        (-11, "", 0.2, "broken"),
     ],
 )
 def test_the_end_of_a_command_is_judged(status: int, text: str, stopped: float | None, result: str):

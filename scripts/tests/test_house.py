@@ -50,6 +50,11 @@ def test_a_sound_house_breaks_no_rule(house: Path):
         ("crates/gap/src/two.rs", "pub(crate) struct Two;\n" + "// more\n" * 600, "601 lines, 600 at most"),
         ("crates/gap/src/two.rs", "pub(crate) struct Two;\nfn f() { unsafe { g() } }\n", "unsafe code stands only in"),
         ("crates/gap/src/two.rs", 'pub(crate) struct Two;\nfn f() { println!("x") }\n', "printing, exiting"),
+        (
+            "crates/gap/src/two.rs",
+            'pub(crate) struct Two;\nfn f() { fs::read("x"); }\n',
+            "reading a file stands only in",
+        ),
     ],
 )
 def test_a_breach_is_found_and_named(house: Path, path: str, text: str, expected: str):

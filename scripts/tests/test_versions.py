@@ -1,5 +1,6 @@
 """One version: of the crates, the packages, the citation, the list of changes."""
 
+import json
 import re
 import tomllib
 import unittest
@@ -48,6 +49,26 @@ class Versions(unittest.TestCase):
                 self.assertEqual(asked - locked, set())
                 for entry in entries:
                     self.assertRegex(entry, r"(?s)^[a-z0-9-]+==\S+.* --hash=sha256:[0-9a-f]{64}")
+
+    def test_the_fuzzers_lock_knows_what_the_crates_need(self):
+        """`cargo metadata --manifest-path fuzz/Cargo.toml` was run after the last change of a Cargo.toml."""
+        locked = {of["name"]: of.get("dependencies", []) for of in table("fuzz/Cargo.lock")["package"]}
+        for place in (".", *sorted(f"crates/{path.name}" for path in (ROOT / "crates").iterdir())):
+            manifest = table(f"{place}/Cargo.toml")
+            needed = {name for name, of in manifest["dependencies"].items() if not of.get("optional")}
+            # Where a lock has two versions of a crate, it names which.
+            found = {name.split()[0] for name in locked.get(manifest["package"]["name"], needed)}
+            with self.subTest(place):
+                self.assertEqual(needed - found, set())
+
+    def test_every_released_card_has_the_digest_that_finds_a_flipped_bit(self):
+        cards = sorted((ROOT / "models").glob("*/card.json"))
+        self.assertGreater(len(cards), 5)
+        for card in cards:
+            with self.subTest(card.parent.name):
+                digests = json.loads(card.read_text())
+                for name in ("card_sha256", "weights_sha256"):
+                    self.assertRegex(digests[name], "^[0-9a-f]{64}$")
 
 
 if __name__ == "__main__":

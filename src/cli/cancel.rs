@@ -14,14 +14,18 @@ use anyhow::Context as _;
 /// work since the last of them.
 const PATIENCE: Duration = Duration::from_millis(800);
 
-/// A flag that Ctrl-C and the signals of a shutdown set. Where it is not heeded within [`PATIENCE`] the program ends all the same.
-pub(super) fn cancel_on_signal() -> anyhow::Result<Arc<AtomicBool>> {
+/// Advice of commands that go on by themselves.
+pub(super) const GOES_ON: &str = "the same command goes on from what was saved";
+
+/// A flag that Ctrl-C and the signals of a shutdown set. Where it is not heeded within [`PATIENCE`] the program ends all the same,
+/// with advice how to go on.
+pub(super) fn cancel_on_signal(advice: &'static str) -> anyhow::Result<Arc<AtomicBool>> {
     let cancel = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&cancel);
     ctrlc::set_handler(move || {
         flag.store(true, Ordering::Relaxed);
         std::thread::sleep(PATIENCE);
-        eprintln!("hydro: interrupted; the same command goes on from what was saved");
+        eprintln!("hydro: interrupted; {advice}");
         std::process::exit(130);
     })
     .context("watching for Ctrl-C")?;

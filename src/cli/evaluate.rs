@@ -14,6 +14,7 @@ use hydro_training::{
 use super::{
     other_water::other_water,
     output::{print_json, print_note_of},
+    sample_period::check_sample_period,
     table::table,
     yardsticks::without_learning,
 };
@@ -65,14 +66,10 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             args.checkpoint.display()
         );
     }
-    let (trained, recorded) = (checkpoint.card.sample_period, manifest.sample_period);
-    if (trained - recorded).abs() > 1e-6 * trained {
-        bail!(
-            "{}: sample_period is {recorded} s, but {} was trained at {trained} s; its samples do not stand for each other",
-            args.data.display(),
-            args.checkpoint.display()
-        );
-    }
+    check_sample_period(
+        (&args.checkpoint, checkpoint.card.sample_period),
+        (&args.data, manifest.sample_period),
+    )?;
     let other_water = other_water(
         (&args.checkpoint, checkpoint.card.water.as_ref()),
         (&args.data, manifest.water.as_ref()),
@@ -122,7 +119,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let of_axes = row.errors.mae.iter().chain(&row.errors.rmse);
     if let Some(error) = of_axes
         .chain([&row.errors.pooled])
-        .find(|error| error.is_infinite())
+        .find(|error| !error.is_finite())
     {
         bail!(
             "{}: an error is {error}: the predicted force leaves the range of numbers; the checkpoint is of no use on {}",

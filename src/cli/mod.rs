@@ -22,10 +22,12 @@ mod exit;
 mod files;
 mod gap;
 mod inspect;
+mod machine;
 mod model_flags;
 mod progress;
 #[cfg(mujoco_plugins)]
 mod references;
+mod sample_period;
 #[cfg(mujoco_plugins)]
 mod simulate;
 #[cfg(mujoco_plugins)]

@@ -47,7 +47,7 @@ impl Scenes {
             .file_name()
             .with_context(|| format!("the rollouts' model `{}`: no file", index.model))?;
         let truth = folder.join(name);
-        let bytes = std::fs::read(&truth)
+        let bytes = hydro_files::read(&truth, hydro_files::TEXT)
             .with_context(|| format!("the rollouts' model {}", truth.display()))?;
         let found = sha256(&bytes);
         if found != index.model_sha256 {

@@ -36,6 +36,7 @@ use super::{
     output::print_json,
     progress::Progress,
     references::{BASELINES, BOX_FLUID, Scenes, buoyant_model, fitted_drags, reference_methods},
+    sample_period::check_sample_period,
     swim::{HORIZONS, in_plugin},
     table::table,
     yardsticks::without_learning,
@@ -188,8 +189,8 @@ fn read(args: &Args) -> anyhow::Result<Setup> {
         eprintln!("{warning}");
     }
     let swim = args.scenes.join("b1_swim.xml");
-    let swim =
-        std::fs::read_to_string(&swim).with_context(|| format!("scene {}", swim.display()))?;
+    let swim = hydro_files::read_text(&swim, hydro_files::TEXT)
+        .with_context(|| format!("scene {}", swim.display()))?;
     let scenes = Scenes::find(&args.scenes, &rollouts)?;
     let data = args
         .data
@@ -220,6 +221,10 @@ fn read_data(folder: &Path, checkpoint: &Checkpoint, from: &Path) -> anyhow::Res
             from.display()
         );
     }
+    check_sample_period(
+        (from, checkpoint.card.sample_period),
+        (folder, dataset.manifest().sample_period),
+    )?;
     let water = dataset.manifest().water.as_ref();
     if let Some(warning) = other_water((from, checkpoint.card.water.as_ref()), (folder, water)) {
         eprintln!("{warning}");
@@ -425,6 +430,9 @@ fn provenance(setup: &Setup) -> Vec<(String, String)> {
     rows
 }
 
+/// Bytes of a video at most: it stands in the page, a third longer.
+const LARGEST_VIDEO: u64 = 1 << 28;
+
 fn read_video(path: &Path) -> anyhow::Result<Video> {
     let mime = match path.extension().and_then(|ending| ending.to_str()) {
         Some("mp4") => "video/mp4",
@@ -434,7 +442,8 @@ fn read_video(path: &Path) -> anyhow::Result<Video> {
             path.display()
         ),
     };
-    let bytes = std::fs::read(path).with_context(|| format!("--video {}", path.display()))?;
+    let bytes = hydro_files::read(path, LARGEST_VIDEO)
+        .with_context(|| format!("--video {}", path.display()))?;
     Ok(Video { mime, bytes })
 }
 

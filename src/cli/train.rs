@@ -1,6 +1,9 @@
 //! `hydro train`: a data set in, a checkpoint out. A run interrupted at any time resumes where it stopped.
 
-use std::path::{Path, PathBuf};
+use std::{
+    ffi::{OsStr, OsString},
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context as _, bail};
 use hydro_files::FolderLock;
@@ -122,7 +125,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             args.data.display()
         );
     }
-    let cancel = cancel_on_signal()?;
+    let cancel = cancel_on_signal(
+        "the same command with --resume goes on from the last epoch that was saved",
+    )?;
     let mut observer = Watch {
         progress: Progress::new("training", trainer.steps() as u64),
         best: None,
@@ -223,6 +228,11 @@ struct RunFolder {
     run: PathBuf,
 }
 
+/// Parts of a name one after the other; they need not be UTF-8.
+fn joined(parts: [&OsStr; 3]) -> OsString {
+    parts.into_iter().collect()
+}
+
 impl RunFolder {
     fn new(out: &Path) -> anyhow::Result<Self> {
         let Some(name) = out.file_name() else {
@@ -230,7 +240,7 @@ impl RunFolder {
         };
         Ok(Self {
             out: out.to_owned(),
-            run: out.with_file_name(format!("{}.run", name.to_string_lossy())),
+            run: out.with_file_name(joined(["".as_ref(), name, ".run".as_ref()])),
         })
     }
 
@@ -241,8 +251,8 @@ impl RunFolder {
 
     /// Keeps other processes from the two folders; the file of the lock stands beside them.
     fn lock(&self) -> anyhow::Result<FolderLock> {
-        let name = self.out.file_name().unwrap_or_default().to_string_lossy();
-        let path = self.out.with_file_name(format!(".{name}.lock"));
+        let name = self.out.file_name().unwrap_or_default();
+        let path = (self.out).with_file_name(joined([".".as_ref(), name, ".lock".as_ref()]));
         if let Some(parent) = path.parent().filter(|it| !it.as_os_str().is_empty()) {
             std::fs::create_dir_all(parent)
                 .with_context(|| format!("--out {}", self.out.display()))?;

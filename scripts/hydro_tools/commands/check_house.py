@@ -3,7 +3,8 @@
     python scripts/check_house.py
 
 No import circle among the files of a crate, folders name only those below them, no source over 600
-lines outside tests, unsafe code in src/mujoco alone, printing in src/cli alone. Exits with 1 and one line a breach.
+lines outside tests, unsafe code in src/mujoco alone, printing in src/cli alone, files read
+by crates/files alone. Exits with 1 and one line a breach.
 Needs Python's standard library alone.
 """
 

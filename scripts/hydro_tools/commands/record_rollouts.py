@@ -14,7 +14,9 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from hydro_mujoco.recording.folder import LOCK
 from hydro_mujoco.recording.interrupts import ended
+from hydro_mujoco.recording.lock import locked
 from hydro_mujoco.recording.progress import Progress
 from hydro_tools.datasets import DataError, plan, rollouts, scene
 from hydro_tools.datasets.waters import ADDED_MASS, ELLIPSOID, IN_INERTIA, IN_LABEL, STRIP, WATERS
@@ -81,13 +83,19 @@ def parse() -> argparse.Namespace:
 
 
 def run(args: argparse.Namespace) -> None:
-    """Record the folder."""
-    loaded = scene.load(args.model)
-    water = replace(WATERS[args.water], added_mass=args.added_mass)
+    """Record the folder, unless another process is at it."""
     if args.out.exists() and not args.out.is_dir():
         raise DataError(f"{args.out} is a file: choose a folder for --out")
     args.out.mkdir(parents=True, exist_ok=True)
-    held = sorted(path.name for path in args.out.iterdir())
+    with locked(args.out / LOCK):
+        _record(args)
+
+
+def _record(args: argparse.Namespace) -> None:
+    """Remove what an earlier run left, record, and write the index last."""
+    loaded = scene.load(args.model)
+    water = replace(WATERS[args.water], added_mass=args.added_mass)
+    held = sorted(path.name for path in args.out.iterdir() if path.name != LOCK)
     if held and not args.overwrite:
         raise DataError(
             f"{args.out} is not empty ({held[0]}, ...): pass --overwrite to replace its rollouts, or choose "

@@ -1,5 +1,6 @@
 """The campaign: cases by kind and number, their outcomes in a file that a later run goes on with, the table."""
 
+import errno
 import json
 import random
 import shutil
@@ -62,7 +63,9 @@ def one(bases: Bases, work: Path, plan: Plan, kind: str, number: int) -> Record:
         try:
             outcome = run(case, plan.limits, folder)
         except (ValueError, OSError) as error:
-            # A word that no command line can hold never reaches the program.
+            # A word that no command line can hold never reaches the program; any other failure is the campaign's own.
+            if isinstance(error, OSError) and error.errno != errno.E2BIG:
+                raise
             outcome = Outcome("refused", f"by the system: {error}")
         if "SIGINT took" not in outcome.why:
             break

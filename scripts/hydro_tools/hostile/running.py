@@ -125,9 +125,10 @@ def judge(status: int, text: str, stopped: float | None, may_run_on: bool) -> Ou
             return Outcome("broken", f"SIGINT took {stopped:.1f} s")
         if not may_run_on:
             return Outcome("broken", f"not at an end in time: {_last(text)}")
-        return Outcome("accepted", "runs on, stopped by SIGINT")
-    if status < 0:
+    if status < 0 and not (stopped is not None and status == -signal.SIGINT):
         return Outcome("broken", f"killed by {signal.Signals(-status).name}: {_last(text)}")
+    if stopped is not None:
+        return Outcome("accepted", "runs on, stopped by SIGINT")
     if status == 0:
         return Outcome("accepted", _last(text))
     message = _message(text)

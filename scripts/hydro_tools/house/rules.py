@@ -66,6 +66,12 @@ def printing_in_one_place(root: Path) -> list[str]:
     return _only(root, pattern, ("src/cli", "src/main.rs"), "printing, exiting and parsing flags")
 
 
+def reading_in_one_place(root: Path) -> list[str]:
+    """Files are read by `hydro-files`, which looks at kind and size first; elsewhere what Linux says in /proc alone."""
+    allowed = ("crates/files", "src/cli/machine.rs", "src/mujoco/ffi/api.rs")
+    return _only(root, r"fs::read(?:_to_string)?\(", allowed, "reading a file")
+
+
 #: What a folder of a crate must not name, by the crate's name in code: those above it.
 BELOW = {
     "hydro_plugin": {"plugin": {"mujoco", "report"}, "report": {"mujoco", "plugin"}, "mujoco": {"report"}},
@@ -101,4 +107,11 @@ def data_flows_one_way(root: Path) -> list[str]:
     return breaches
 
 
-RULES = (no_circles, data_flows_one_way, no_long_files, unsafe_in_one_place, printing_in_one_place)
+RULES = (
+    no_circles,
+    data_flows_one_way,
+    no_long_files,
+    unsafe_in_one_place,
+    printing_in_one_place,
+    reading_in_one_place,
+)

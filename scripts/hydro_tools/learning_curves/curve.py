@@ -52,6 +52,8 @@ def read(run: Path) -> Curve:
             rows.append({field: row[field] for field in FIELDS})
         except (ValueError, KeyError, TypeError) as error:
             raise DataError(f"{path}, line {number}: {error}; expected an object with {', '.join(FIELDS)}") from error
+        if rows[-1]["validation"] is None:
+            raise DataError(f"{path}: no validation error; the val split of its data was empty, and there is no curve")
         if not all(isinstance(value, int | float) and math.isfinite(value) for value in rows[-1].values()):
             raise DataError(f"{path}, line {number}: {rows[-1]}; expected finite numbers")
     if not rows:

@@ -28,9 +28,10 @@ class Effect:
 def effects(strength: float = 1.0) -> list[Effect]:
     """All effects that the plugin applies, each parameter at its null plus `strength` prior standard deviations.
 
-    Effects on sensors belong to measurements; the plugin applies none.
+    Effects on sensors belong to measurements, and backlash is a second joint of the MJCF; the plugin applies none.
     """
-    return [_typical(of, strength) for of in gap.effects().values() if of.target != "sensor"]
+    known = gap.effects().values()
+    return [_typical(of, strength) for of in known if of.target != "sensor" and of.id != "joint_backlash"]
 
 
 def _typical(of: gap.Effect, strength: float) -> Effect:

@@ -13,8 +13,8 @@ from ..repository import ROOT
 from ..soak import catalogue
 from .scene import GEOMS, IDLE, MACHINE, Water, effect, model
 
-#: Effects without a row: hulls have theirs, and backlash is a second joint of the MJCF.
-ELSEWHERE = {"hydrostatics", "joint_backlash"}
+#: Effects without a row of the catalogue: hulls have theirs.
+ELSEWHERE = {"hydrostatics"}
 #: An effect acts once on a body.
 OTHER_IDLE = {"constant_force": [effect("net_buoyancy", {"force": 1e-9})]}
 #: Effects that need a surface, and a hull that floats in it.

@@ -265,7 +265,9 @@ class Refusals(unittest.TestCase):
         self.refused("`speed`", effects=document(effect("joint_damping", "fin", damping=1.0, speed=2.0)))
         self.refused("effects.json", "HYDRO_PATH", effects="no/effects.json")
         self.refused("sensor", effects=document(effect("sensor_bias", "water", bias_0=1.0)))
-        self.refused("effect `joint_backlash`", "a second joint", effects=document(effect("joint_backlash", "fin", play=0.1)))
+        self.refused(
+            "effect `joint_backlash`", "a second joint", effects=document(effect("joint_backlash", "fin", play=0.1))
+        )
         self.refused("`checkpoint` and `effects` are missing", effects=None)
 
     def test_a_body_without_room_is_told_what_to_add(self):

@@ -100,7 +100,8 @@ impl Folder {
         if !path.is_file() {
             return Ok(None);
         }
-        let bytes = fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
+        let bytes = hydro_files::read(&path, hydro_files::TEXT)
+            .with_context(|| format!("reading {}", path.display()))?;
         let result: JobResult = serde_json::from_slice(&bytes)
             .with_context(|| format!("{}: not the result of a job", path.display()))?;
         if result.schema != SCHEMA {
@@ -129,7 +130,8 @@ impl Folder {
         if !path.is_file() {
             return Ok(None);
         }
-        let bytes = fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
+        let bytes = hydro_files::read(&path, hydro_files::TEXT)
+            .with_context(|| format!("reading {}", path.display()))?;
         let found: Training = serde_json::from_slice(&bytes)
             .with_context(|| format!("{}: not the note of a training", path.display()))?;
         self.refuse_other(

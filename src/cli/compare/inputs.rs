@@ -14,7 +14,7 @@ use hydro_training::{
 };
 
 use super::args::Args;
-use crate::cli::{files::sha256, other_water::other_water};
+use crate::cli::{files::sha256, other_water::other_water, sample_period::check_sample_period};
 
 /// Opened inputs; splits are not yet read.
 pub(super) struct Inputs {
@@ -70,6 +70,11 @@ impl Inputs {
             if let Some(difference) = features.or_else(outputs) {
                 bail!("--beyond {given}: {difference} as in --data");
             }
+            check_sample_period(
+                (data[names[0]].folder(), ours.sample_period),
+                (set.folder(), theirs.sample_period),
+            )
+            .with_context(|| format!("--beyond {given}"))?;
             beyond.push((name.to_owned(), set));
         }
         let first = &data[names[0]];
@@ -106,8 +111,8 @@ impl Inputs {
         let scene = match &runs {
             Some(_) => {
                 let path = args.scenes.join("b1_swim.xml");
-                let bytes =
-                    std::fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
+                let bytes = hydro_files::read(&path, hydro_files::TEXT)
+                    .with_context(|| format!("reading {}", path.display()))?;
                 Some(sha256(&bytes))
             }
             None => None,

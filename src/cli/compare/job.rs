@@ -12,7 +12,12 @@ use hydro_training::{
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
 
 use super::{args::Args, folder::Folder, inputs::Inputs, plan::Plan};
-use crate::cli::{cancel::cancel_on_signal, command_line::command_line, progress::Progress};
+use crate::cli::{
+    cancel::{GOES_ON, cancel_on_signal},
+    command_line::command_line,
+    machine::peak_memory,
+    progress::Progress,
+};
 
 pub(super) fn run(
     args: &Args,
@@ -103,7 +108,7 @@ fn trained(
     }
     let resumed = trainer.resume(&folder.run(job))?;
     let before = before.filter(|_| resumed);
-    let cancel = cancel_on_signal()?;
+    let cancel = cancel_on_signal(GOES_ON)?;
     let mut watch = Watch {
         progress: Progress::new(&job.to_string(), trainer.steps() as u64),
         folder,
@@ -156,13 +161,14 @@ impl Observer for Watch<'_> {
     }
 
     fn epoch(&mut self, record: &LogRecord, _: Option<&Evaluation>) {
+        let peak = peak_memory().map(|bytes| bytes as f64 / f64::from(1 << 20));
         let note = TrainingNote {
             epochs: record.epoch + 1,
             seconds: self.seconds + self.began.elapsed().as_secs_f64(),
             threads: std::thread::available_parallelism()
                 .map_or(1, Into::into)
                 .min(threads()),
-            peak_memory_mib: peak_memory().into_iter().chain(self.peak).reduce(f64::max),
+            peak_memory_mib: peak.into_iter().chain(self.peak).reduce(f64::max),
             validation: record.best.filter(|best| best.is_finite()),
         };
         if let Err(fault) =
@@ -181,12 +187,4 @@ fn threads() -> usize {
         .and_then(|text| text.parse().ok())
         .filter(|count| *count > 0)
         .unwrap_or(usize::MAX)
-}
-
-/// Greatest resident memory of this process so far [MiB], where the system says.
-fn peak_memory() -> Option<f64> {
-    let status = fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
-    let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(kib / 1024.0)
 }

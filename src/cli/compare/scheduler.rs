@@ -17,7 +17,10 @@ use hydro_training::experiment::JobId;
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::{args::Args, folder::Folder, inputs::Inputs, plan::Plan};
-use crate::cli::{cancel::cancel_on_signal, progress::Progress};
+use crate::cli::{
+    cancel::{GOES_ON, cancel_on_signal},
+    progress::Progress,
+};
 
 /// Runs the jobs; returns an error message a failed job. The others are done all the same.
 pub(super) fn run(
@@ -45,7 +48,7 @@ pub(super) fn run(
         "{} jobs, {done} done already, {begun} begun; {places} at a time with {threads} threads each",
         plan.jobs.len()
     );
-    let cancel = cancel_on_signal()?;
+    let cancel = cancel_on_signal(GOES_ON)?;
     let progress = Progress::new("jobs", plan.jobs.len() as u64);
     let (finished, failed) = (AtomicU64::new(done as u64), Mutex::new(Vec::new()));
     waiting.reverse();

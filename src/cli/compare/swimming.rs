@@ -1,6 +1,6 @@
 //! The closed loop: of one checkpoint, and of the reference methods.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use anyhow::Context as _;
 use hydro_model::EngineKind;
@@ -21,7 +21,8 @@ use crate::cli::{
 /// Closed loop of a checkpoint in the plugin.
 pub(super) fn swim(args: &Args, inputs: &Inputs, checkpoint: &Path) -> anyhow::Result<Swimming> {
     let path = args.scenes.join("b1_swim.xml");
-    let scene = fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
+    let scene = hydro_files::read_text(&path, hydro_files::TEXT)
+        .with_context(|| format!("reading {}", path.display()))?;
     let method = in_plugin("learned", checkpoint, EngineKind::Fused, None, &scene)?;
     let runs = inputs
         .rollouts

@@ -1,6 +1,6 @@
 //! Tables and pictures from the results of the jobs.
 
-use std::{collections::BTreeMap, fs};
+use std::collections::BTreeMap;
 
 use anyhow::Context as _;
 use hydro_model::{Engine, EngineKind, Solver, checkpoint::Checkpoint};
@@ -17,7 +17,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{args::Args, folder::Folder, inputs::Inputs, plan::Plan};
 use crate::cli::{
-    command_line::command_line, files::write_whole, output::print_json, progress::Progress,
+    command_line::command_line, files::write_whole, machine::processor, output::print_json,
+    progress::Progress,
 };
 
 /// Times by data set.
@@ -111,7 +112,7 @@ fn references(args: &Args, inputs: &Inputs, folder: &Folder) -> anyhow::Result<V
     // Drag laws are fitted on the data.
     let data = inputs.data.iter();
     on.extend(data.map(|(name, set)| (format!("data.{name}"), set.sha256().to_owned())));
-    if let Ok(bytes) = fs::read(&path) {
+    if let Ok(bytes) = hydro_files::read(&path, hydro_files::TEXT) {
         let known: References = serde_json::from_slice(&bytes)
             .with_context(|| format!("{}: not references; take it away", path.display()))?;
         if known.on == on {
@@ -179,7 +180,7 @@ fn costs(
     results: &[JobResult],
 ) -> anyhow::Result<Costs> {
     let path = folder.file("cost.json");
-    let mut costs: Costs = match fs::read(&path) {
+    let mut costs: Costs = match hydro_files::read(&path, hydro_files::TEXT) {
         Ok(bytes) if !args.retime => serde_json::from_slice(&bytes)
             .with_context(|| format!("{}: not times; try --retime", path.display()))?,
         _ => Costs::new(),
@@ -217,7 +218,7 @@ fn costs(
 fn timed(set: &Dataset, engines: &[(String, Box<dyn Engine>)]) -> anyhow::Result<Vec<Cost>> {
     let test = set.split("test", Some(64))?;
     let progress = Progress::new("rounds", ROUNDS as u64 + 1);
-    let found = time_engines(engines, &test, &machine(), &|round| {
+    let found = time_engines(engines, &test, &processor(), &|round| {
         progress.at(round as u64 + 1, "times, every engine in turn");
     })?;
     progress.finish();
@@ -255,17 +256,4 @@ fn engines(
         found.push((entry.id.to_owned(), engine));
     }
     Ok(found)
-}
-
-/// Name of the processor.
-fn machine() -> String {
-    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = text
-        .lines()
-        .find(|line| line.starts_with("model name"))
-        .and_then(|line| line.split_once(": "));
-    name.map_or_else(
-        || std::env::consts::ARCH.to_owned(),
-        |(_, name)| name.to_owned(),
-    )
 }

@@ -17,6 +17,7 @@ use super::{
         CANDIDATE, Folder, PATCHED, Product, REPORT, RESIDUAL_FILES, TIMING, VERDICT, read,
     },
 };
+use crate::cli::machine::peak_memory;
 
 /// The last stage to run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -257,18 +258,8 @@ impl Runner<'_> {
 
 /// Times of earlier runs; none where the file is missing or damaged.
 fn timing(path: &Path) -> Timing {
-    let known = std::fs::read(path).ok();
+    let known = hydro_files::read(path, hydro_files::TEXT).ok();
     known
         .and_then(|text| serde_json::from_slice(&text).ok())
         .unwrap_or_default()
-}
-
-/// Greatest resident memory of this process [byte], from Linux's /proc.
-fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kilobytes * 1024)
 }

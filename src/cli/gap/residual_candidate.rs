@@ -230,7 +230,8 @@ fn files(checkpoint: &Checkpoint) -> anyhow::Result<Vec<(&'static str, Vec<u8>)>
         .into_iter()
         .map(|name| {
             let path = place.path().join(name);
-            let bytes = fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
+            let bytes = hydro_files::read(&path, hydro_files::TEXT)
+                .with_context(|| format!("reading {}", path.display()))?;
             Ok((name, bytes))
         })
         .collect()

@@ -33,7 +33,10 @@ use super::{
     results_folder::{CANDIDATE, Folder, lock, provenance},
     terminal,
 };
-use crate::cli::{cancel::cancel_on_signal, command_line, print_json, write_line};
+use crate::cli::{
+    cancel::{GOES_ON, cancel_on_signal},
+    command_line, print_json, write_line,
+};
 
 /// Runs the stages up to `until`.
 pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
@@ -58,7 +61,7 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
         seed: flags.seed,
         options: gap::Options::default(),
     };
-    let stop = cancel_on_signal()?;
+    let stop = cancel_on_signal(GOES_ON)?;
     let bars = Bars::default();
     let tell = |what: &str, done: usize, total: usize| bars.tell(what, done, total);
     let watch = Watch {

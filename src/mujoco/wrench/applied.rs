@@ -3,7 +3,7 @@
 use hydro_frames::Wrench;
 
 use super::{
-    instance_effects::{Effects, held_with_effects, move_water, with_sources},
+    instance_effects::{Effects, held_with_effects, moves_water, with_sources},
     instances::carrying_body,
 };
 use crate::{
@@ -15,14 +15,14 @@ use crate::{
     plugin::{Base, Handle, LearnedForce},
 };
 
-/// The force of an instance's checkpoint, with its body.
+/// The force of an instance's checkpoint, with its body and what else acts.
 pub(crate) struct Applied {
     pub(crate) body: usize,
     pub(crate) wrench: Wrench,
     /// Degree of freedom and torque on it [N m; N of a slide].
     pub(crate) joints: Vec<(usize, f64)>,
     pub(crate) instance: Handle,
-    /// Of all instances of the model.
+    /// The instances of the model that have effects.
     pub(crate) effects: Effects,
 }
 
@@ -34,7 +34,7 @@ pub(crate) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
     let mut force = LearnedForce::default();
     if let Some(learned) = instance.learned() {
         let mut moment_water = [0.0; 3];
-        if move_water(&effects) {
+        if moves_water(&effects) {
             moment_water = water_at(data, &effects, id, learned.features().base(), body);
         }
         let mut moment = data.moment();

@@ -45,7 +45,7 @@ pub(crate) fn with_effects(data: &mut DataView<'_>) -> Effects {
         .collect()
 }
 
-/// An instance and [`with_effects`], each held once; `None` where the instance is put aside.
+/// An instance, and [`with_effects`]: every instance is looked up once. `None` where the instance is put aside.
 pub(crate) fn held_with_effects(data: &mut DataView<'_>, id: usize) -> Option<(Handle, Effects)> {
     let (mut own, mut effects) = (None, Effects::new());
     let ids: SmallVec<[usize; FEW]> = instances(data.model()).collect();
@@ -64,7 +64,7 @@ pub(crate) fn held_with_effects(data: &mut DataView<'_>, id: usize) -> Option<(H
 }
 
 /// True where an effect or a sea moves the water.
-pub(crate) fn move_water(effects: &Effects) -> bool {
+pub(crate) fn moves_water(effects: &Effects) -> bool {
     let moves = |bound: &Bound| !bound.water.is_empty() || bound.sea.moves();
     active_effects::current().is_some_and(|active| moves(&active.bound))
         || effects

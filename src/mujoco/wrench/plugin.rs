@@ -12,7 +12,7 @@ use hydro_frames::Wrench;
 use super::{
     applied::{applied, total_wrench, water_at},
     arrows,
-    instance_effects::{self, held_with_effects, move_water, with_sources},
+    instance_effects::{self, held_with_effects, moves_water, with_sources},
     instances::{self, BROKEN, carrying_body, set_up, settings},
     memory_fit, origins, submerged,
     told_once::tell_once,
@@ -264,7 +264,7 @@ unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
             return;
         };
         let mut water = [0.0; 3];
-        if move_water(&effects)
+        if moves_water(&effects)
             && let Some(body) = carrying_body(data.model(), id)
         {
             water = water_at(&data, &effects, id, learned.features().base(), body);

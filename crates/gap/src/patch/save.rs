@@ -1,6 +1,6 @@
 //! A patched model on disk.
 
-use std::{fs, io::Write as _, path::Path};
+use std::{io::Write as _, path::Path};
 
 use super::error::PatchError;
 
@@ -16,7 +16,7 @@ pub fn save(xml: &str, path: &Path) -> Result<(), PatchError> {
     let overwrites = || PatchError::Overwrites {
         path: path.to_owned(),
     };
-    match fs::read(path) {
+    match hydro_files::read(path, hydro_files::TEXT) {
         Ok(found) if found == xml.as_bytes() => return Ok(()),
         Ok(_) => return Err(overwrites()),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
@@ -43,6 +43,7 @@ pub fn save(xml: &str, path: &Path) -> Result<(), PatchError> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use std::fs;
 
     #[test]
     fn nothing_is_overwritten() {

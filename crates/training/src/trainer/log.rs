@@ -21,7 +21,7 @@ pub struct LogRecord {
     pub validation: Option<f64>,
     /// The same with hydrostatics taken out of the scale.
     pub validation_hydrodynamic: Option<f64>,
-    /// The best `validation` so far.
+    /// The best `validation` so far; `None` where there is none.
     pub best: Option<f64>,
     /// Distance of the continuous adjoint's gradient, on the epoch's first batch and where it is followed, from that of
     /// the steps as taken, as a share of the latter's norm.
