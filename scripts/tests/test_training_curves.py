@@ -94,7 +94,9 @@ class Curves(unittest.TestCase):
         with open(place / "log.jsonl", "a") as file:
             file.write('{"epoch": 2}\n')
         self.assertIn("line 3: 'step'; expected an object with epoch", self.refused(place))
-        self.assertIn("val split of its data was empty", self.refused(run(self.folder, "blind", [0.4], validation=None)))
+        self.assertIn(
+            "val split of its data was empty", self.refused(run(self.folder, "blind", [0.4], validation=None))
+        )
         self.assertIn("expected finite numbers", self.refused(run(self.folder, "lost", [0.4], loss=float("nan"))))
 
     def test_one_name_twice(self):

@@ -2,6 +2,7 @@
 
     python scripts/soak.py --seconds 600
     python scripts/soak.py --quick
+    python scripts/soak.py --alone --steps 165000      # ten minutes of simulation a case: 302,500 steps with its resets
     python scripts/soak.py --threads 64 --seconds 60
 
 At rest and in violent motion, under every integrator, with contacts, a tree that falls asleep and resets in mid-run.
@@ -37,6 +38,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--steps", type=int, default=1500, help="of a run of 2 ms each (default: %(default)s)")
     parser.add_argument("--strength", type=float, default=1.0, help="of effects, in prior deviations (default: 1)")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--alone", action="store_true", help="each checkpoint and effect by itself, once, no pairs")
     parser.add_argument("--quick", action="store_true", help="a part of the single ones, 75 steps each, for tests")
     parser.add_argument("--threads", type=int, default=0, help="instead: this many threads at once")
     return parser.parse_args()
@@ -61,13 +63,18 @@ def _soak(args: argparse.Namespace) -> int:
     if args.threads:
         return _threads(effects, args.threads, args.seconds)
     steps, most = (75, QUICK) if args.quick else (args.steps, None)
+    if args.alone:
+        listed = campaign.alone(effects, args.seed)
+        records, most = campaign.once(listed, steps), len(listed)
+    else:
+        records = campaign.go(effects, args.seconds, steps, args.seed, most)
     progress = Progress(most or math.ceil(args.seconds), "cases" if most else "seconds")
     begin = time.monotonic()
     # Of the cases only what is printed is kept: the memory that is watched is that of the runs.
     tallies: defaultdict[tuple[str, str], campaign.Tally] = defaultdict(campaign.Tally)
     memory = array("d")
     try:
-        for record in campaign.go(effects, args.seconds, steps, args.seed, most):
+        for record in records:
             tallies[record.kind, record.case.integrator].add(record.outcome)
             memory.append(record.memory)
             progress.advance(1 if most else int(time.monotonic() - begin) - progress.done)

@@ -30,28 +30,50 @@ class Record:
 
 
 def cases(effects: Sequence[Effect], seed: int) -> Iterator[tuple[str, Case]]:
-    """All cases of a seed: checkpoints and single effects first, then pairs, each in every integrator and motion."""
+    """All cases of a seed: those of `alone` first, then pairs, each in every integrator and motion."""
+    yield from alone(effects, seed)
     ways = list(itertools.product(INTEGRATORS, MOTIONS))
-    chance = random.Random(seed)
-    singles, pairs = [], []
-    for name, (integrator, motion) in itertools.product(RELEASED, ways):
-        singles.append(("checkpoint", Case(name, (), integrator, motion, False, seed)))
-    for effect, (integrator, motion) in itertools.product(effects, ways):
-        singles.append(("effect", Case("", (effect,), integrator, motion, False, seed)))
+    pairs = []
     for pair, (integrator, motion) in itertools.product(itertools.combinations(effects, 2), ways):
         pairs.append(("pair", Case("", pair, integrator, motion, False, seed)))
     on_trunk = [effect for effect in effects if effect.target == "hull"]
     for name, effect, (integrator, motion) in itertools.product(RELEASED, on_trunk, ways):
         if allows(name, effect):
             pairs.append(("checkpoint and effect", Case(name, (effect,), integrator, motion, False, seed)))
-    for count, listed in ((1, singles), (2, pairs)):
-        for chosen, integrator in itertools.product(itertools.combinations(effects, count), INTEGRATORS):
-            if energy.only_takes(chosen):
-                listed.append(("energy", Case("", chosen, integrator, "violent", True, seed)))
-    chance.shuffle(singles)
-    chance.shuffle(pairs)
-    yield from singles
+    pairs += _calm(effects, 2, seed)
+    random.Random(seed + 1).shuffle(pairs)
     yield from pairs
+
+
+def alone(effects: Sequence[Effect], seed: int) -> list[tuple[str, Case]]:
+    """Every checkpoint and every effect by itself, in every integrator and motion."""
+    ways = list(itertools.product(INTEGRATORS, MOTIONS))
+    singles = []
+    for name, (integrator, motion) in itertools.product(RELEASED, ways):
+        singles.append(("checkpoint", Case(name, (), integrator, motion, False, seed)))
+    for effect, (integrator, motion) in itertools.product(effects, ways):
+        singles.append(("effect", Case("", (effect,), integrator, motion, False, seed)))
+    singles += _calm(effects, 1, seed)
+    random.Random(seed).shuffle(singles)
+    return singles
+
+
+def _calm(effects: Sequence[Effect], count: int, seed: int) -> list[tuple[str, Case]]:
+    """So many effects at once that only take energy, which is compared."""
+    chosen = itertools.product(itertools.combinations(effects, count), INTEGRATORS)
+    return [
+        ("energy", Case("", each, integrator, "violent", True, seed))
+        for each, integrator in chosen
+        if energy.only_takes(each)
+    ]
+
+
+def once(listed: Sequence[tuple[str, Case]], steps: int) -> Iterator[Record]:
+    """Run each of some cases once."""
+    warnings: Counter = Counter()
+    mujoco.set_mju_user_warning(lambda text: warnings.update([text]))
+    for kind, case in listed:
+        yield Record(kind, case, run(case, steps, warnings), resident())
 
 
 def go(effects: Sequence[Effect], seconds: float, steps: int, seed: int, most: int | None) -> Iterator[Record]:
