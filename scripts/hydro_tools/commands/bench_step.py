@@ -19,6 +19,7 @@ from tqdm import tqdm
 
 from hydro_mujoco.plugin import LIBRARY as CHOSEN
 
+from ..benchmarks import BenchmarkError
 from ..repository import ROOT
 
 
@@ -26,7 +27,9 @@ def steps(library: Path, blocks: int) -> dict[str, dict]:
     """Microseconds and end of every scene, by a process that loads this library."""
     command = [sys.executable, "-m", "hydro_tools.water_costs.one_build", str(blocks)]
     environment = os.environ | {CHOSEN: str(library.resolve()), "PYTHONPATH": str(ROOT / "scripts")}
-    run = subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True, text=True)
+    run = subprocess.run(command, env=environment, capture_output=True, text=True)
+    if run.returncode:
+        raise BenchmarkError(f"{library}: {run.stderr.strip().rpartition(chr(10))[2]}")
     return json.loads(run.stdout)
 
 
@@ -57,10 +60,14 @@ def main() -> int:
     for library in (args.old, args.new):
         if not library.is_file():
             parser.error(f"{library}: no such file; expected a libhydro_plugin.so")
-    found = {args.old: [], args.new: []}
-    for pair in tqdm(range(args.pairs), unit="pair"):
-        order = (args.old, args.new)[:: 1 - 2 * (pair % 2)]
-        for library in order:
-            found[library].append(steps(library, args.blocks))
-    print(table(found[args.old], found[args.new]))
+    old, new = [], []
+    both = [(args.old, old), (args.new, new)]
+    try:
+        for pair in tqdm(range(args.pairs), unit="pair"):
+            for library, found in both[:: 1 - 2 * (pair % 2)]:
+                found.append(steps(library, args.blocks))
+    except BenchmarkError as error:
+        print(f"bench_step.py: {error}", file=sys.stderr)
+        return 1
+    print(table(old, new))
     return 0

@@ -40,6 +40,12 @@ def scenes() -> dict[str, mujoco.MjModel]:
     }
 
 
+def heard(text: str) -> None:
+    """End the process at a warning, but for one: the B1 starts beyond what its checkpoint has seen."""
+    if "the force is a guess" not in text:
+        sys.exit(text)
+
+
 def end(of: mujoco.MjModel) -> str:
     """Digest of the state after some steps."""
     data = mujoco.MjData(of)
@@ -51,8 +57,7 @@ def end(of: mujoco.MjModel) -> str:
 def main() -> None:
     """Print the median of the blocks of every scene, and where its motion ends."""
     load_plugin()
-    # The first step of the B1 is beyond what its checkpoint has seen, and the plugin says so.
-    mujoco.set_mju_user_warning(lambda _: None)
+    mujoco.set_mju_user_warning(heard)
     found = {}
     for name, of in scenes().items():
         times = [step_time(of, STEPS) for _ in range(int(sys.argv[1]))]
