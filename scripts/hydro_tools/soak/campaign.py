@@ -48,7 +48,7 @@ def cases(effects: Sequence[Effect], seed: int) -> Iterator[tuple[str, Case]]:
 
 
 def alone(effects: Sequence[Effect], seed: int) -> list[tuple[str, Case]]:
-    """Every checkpoint and every effect by itself, in every integrator and motion; no energy is compared in long runs."""
+    """Every checkpoint and effect by itself, in every integrator and motion; energy is compared in shorter runs."""
     ways = list(itertools.product(INTEGRATORS, MOTIONS))
     singles = []
     for name, (integrator, motion) in itertools.product(RELEASED, ways):
