@@ -3,6 +3,7 @@
     python scripts/soak.py --seconds 600
     python scripts/soak.py --quick
     python scripts/soak.py --alone --steps 165000      # ten minutes of simulation a case: 302,500 steps with its resets
+    python scripts/soak.py --alone --integrator implicitfast --steps 165000
     python scripts/soak.py --threads 64 --seconds 60
 
 At rest and in violent motion, under every integrator, with contacts, a tree that falls asleep and resets in mid-run.
@@ -24,6 +25,7 @@ from hydro_mujoco.errors import DataError
 from hydro_mujoco.plugin import load_plugin
 from hydro_mujoco.recording.progress import Progress
 from hydro_tools.soak import SoakError, campaign, catalogue, threads
+from hydro_tools.soak.scenes import INTEGRATORS
 
 #: Memory that the second half of a soak may add [MB]. Compiling a B1 without the plugin moves it by more than 20.
 FLAT = 8.0
@@ -39,6 +41,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--strength", type=float, default=1.0, help="of effects, in prior deviations (default: 1)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--alone", action="store_true", help="each checkpoint and effect by itself, once, no pairs")
+    parser.add_argument("--integrator", choices=INTEGRATORS, help="with --alone: this one only")
     parser.add_argument("--quick", action="store_true", help="a part of the single ones, 75 steps each, for tests")
     parser.add_argument("--threads", type=int, default=0, help="instead: this many threads at once")
     return parser.parse_args()
@@ -65,6 +68,7 @@ def _soak(args: argparse.Namespace) -> int:
     steps, most = (75, QUICK) if args.quick else (args.steps, None)
     if args.alone:
         listed = campaign.alone(effects, args.seed)
+        listed = [(kind, case) for kind, case in listed if args.integrator in (None, case.integrator)]
         records, most = campaign.once(listed, steps), len(listed)
     else:
         records = campaign.go(effects, args.seconds, steps, args.seed, most)

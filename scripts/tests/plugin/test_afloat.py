@@ -1,6 +1,7 @@
 """Hydrostatics, surface, waves and currents in a plain MJCF, against closed forms, in the MuJoCo wheel."""
 
 import json
+import re
 import math
 import unittest
 
@@ -416,6 +417,23 @@ class Told(unittest.TestCase):
         self.assertIn("geoms of body `hull` overlap", self.told(geoms=two, waves=short))
         self.assertNotIn("overlap", self.told(geoms=two, waves=short, hull="float"))
         self.assertNotIn("overlap", self.told(geoms=two))
+
+    def test_links_that_share_a_hull(self):
+        """Two spheres at a distance d share pi (4 r + d) (2 r - d)^2 / 12."""
+
+        def told(at, **volume):
+            """Warnings of a link with a sphere of 0.3 m at that place, beside one of 0.3 m."""
+            link = (
+                f'<body name="link" pos="{at} 0 0"><joint name="hinge"/><geom name="tail" size="0.3" mass="1"/></body>'
+            )
+            floats = [effect("hydrostatics"), effect("hydrostatics", target="link", **volume)]
+            document = json.dumps({"schema": "hydro-effects/1", "effects": floats})
+            return self.told(None, geoms='<geom name="hull" size="0.3" mass="1"/>' + link, effects_text=document)
+
+        shared = np.pi * (1.2 + 0.3) * 0.3**2 / 12
+        found = re.search(r"hulls of bodies `hull` and `link` share (\S+) L", told(0.3))
+        self.assertAlmostEqual(float(found[1]), 1e3 * shared, delta=10 * shared)
+        self.assertNotIn("share", told(0.55) + told(0.3, volume=0.05))
 
     def test_a_centre_outside_the_hull(self):
         self.assertIn("outside the hull of body `hull`", self.told(centre_of_buoyancy="0 0 3"))

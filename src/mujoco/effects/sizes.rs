@@ -50,6 +50,21 @@ fn relative(model: ModelView<'_>, mut body: usize, above: usize) -> Isometry3<f6
     sum
 }
 
+/// Volume [m^3] that the hulls of two bodies share, one of them above the other in the tree, in the model's initial position.
+pub(super) fn shared_volume(
+    model: ModelView<'_>,
+    (above, first): (usize, &Hull),
+    (below, second): (usize, &Hull),
+) -> f64 {
+    let place = relative(model, below, above);
+    let moved = second.solids().iter().map(|solid| Solid {
+        shape: solid.shape.clone(),
+        place: place * solid.place,
+    });
+    let both = first.solids().iter().cloned().chain(moved).collect();
+    first.volume() + second.volume() - Hull::united(both).volume()
+}
+
 /// True for the first moving body of a tree.
 pub(crate) fn is_root(model: ModelView<'_>, body: usize) -> bool {
     body != 0 && model.body_rootid()[body] as usize == body

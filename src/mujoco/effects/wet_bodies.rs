@@ -112,6 +112,49 @@ pub(super) fn check_hull(
     Ok(())
 }
 
+/// Part of the smaller of two hulls that they may share before it is said.
+const MOST_SHARED: f64 = 0.1;
+
+/// Hulls that floating bodies share with the nearest floating one above them: what is in both is lifted twice.
+fn shared_hulls(model: ModelView<'_>, bound: &Bound) -> Vec<String> {
+    let by_hull = |wet: &&WetBody| {
+        wet.displaced()
+            .is_some_and(|volume| volume == wet.hull.volume())
+    };
+    let floating: Vec<&WetBody> = bound.bodies.iter().filter(by_hull).collect();
+    let name = |body: usize| model.label(mjOBJ_BODY as i32, "body", body);
+    let above = |of: &WetBody| {
+        let mut body = of.body;
+        while body != 0 {
+            body = model.body_parentid()[body] as usize;
+            if let Some(found) = floating.iter().find(|wet| wet.body == body) {
+                return Some(*found);
+            }
+        }
+        None
+    };
+    let pairs = floating
+        .iter()
+        .filter_map(|below| Some((above(below)?, *below)));
+    pairs
+        .filter_map(|(above, below)| {
+            let hulls = ((above.body, &above.hull), (below.body, &below.hull));
+            let shared = sizes::shared_volume(model, hulls.0, hulls.1);
+            let part = shared / above.hull.volume().min(below.hull.volume());
+            (part > MOST_SHARED).then(|| {
+                format!(
+                    "hulls of bodies `{}` and `{}` share {} L in the initial position, {:.0} % of the smaller, and both are lifted \
+                     for it; name geoms that do not overlap in attribute `hull`, or give hydrostatics the `volume` of each",
+                    name(above.body),
+                    name(below.body),
+                    hydro_files::rounded(1e3 * shared),
+                    100.0 * part
+                )
+            })
+        })
+        .collect()
+}
+
 /// All bodies that displace water.
 pub(super) fn displacing(model: ModelView<'_>, density: f64) -> Vec<Displacing> {
     (1..model.bodies())
@@ -225,6 +268,7 @@ pub(super) fn notes(model: ModelView<'_>, around: &Surroundings, bound: &Bound) 
             notes.push(format!("body `{name}`: {note}"));
         }
     }
+    notes.extend(shared_hulls(model, bound));
     let carrier = around.carrier.filter(|given| {
         given.is_something()
             && !bound
