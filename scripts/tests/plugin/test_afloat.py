@@ -1,8 +1,8 @@
 """Hydrostatics, surface, waves and currents in a plain MJCF, against closed forms, in the MuJoCo wheel."""
 
 import json
-import re
 import math
+import re
 import unittest
 
 import mujoco
