@@ -18,6 +18,9 @@ from .catalogue import Effect
 from .motion import MOTIONS
 from .scenes import INTEGRATORS, allows
 
+#: Effects that push without end: in ten minutes a body beside no other is too fast for any integrator; what stops it.
+PUSHES, BRAKE = ("constant_force",), "linear_drag"
+
 
 @dataclass(frozen=True)
 class Record:
@@ -53,8 +56,10 @@ def alone(effects: Sequence[Effect], seed: int) -> list[tuple[str, Case]]:
     singles = []
     for name, (integrator, motion) in itertools.product(RELEASED, ways):
         singles.append(("checkpoint", Case(name, (), integrator, motion, False, seed)))
+    brakes = tuple(effect for effect in effects if effect.effect == BRAKE)
     for effect, (integrator, motion) in itertools.product(effects, ways):
-        singles.append(("effect", Case("", (effect,), integrator, motion, False, seed)))
+        beside = brakes if effect.effect in PUSHES else ()
+        singles.append(("effect", Case("", (effect, *beside), integrator, motion, False, seed)))
     return singles
 
 

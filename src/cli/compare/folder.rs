@@ -49,6 +49,11 @@ impl Folder {
         self.0.join(name)
     }
 
+    /// Folder of the figures.
+    pub(super) fn figures(&self) -> PathBuf {
+        self.file("figures")
+    }
+
     /// The checkpoint that a job trained.
     pub(super) fn checkpoint(&self, job: &JobId) -> PathBuf {
         self.job(job).join("checkpoint")
@@ -73,6 +78,7 @@ impl Folder {
     /// Removes what killed processes left of jobs on which none is at work now.
     pub(super) fn remove_abandoned(&self, jobs: &[JobId]) {
         hydro_files::remove_abandoned(&self.0);
+        hydro_files::remove_abandoned(&self.figures());
         for job in jobs.iter().filter(|job| self.job(job).is_dir()) {
             if let Ok(_lock) = self.lock(job) {
                 hydro_files::remove_abandoned(&self.job(job));
@@ -189,5 +195,38 @@ impl Folder {
     pub(super) fn finish(&self, result: &JobResult) -> anyhow::Result<()> {
         let path = self.job(&result.job).join("result.json");
         write_whole(&path, serde_json::to_string(result)?.as_bytes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn what_a_killed_process_left_is_removed_from_every_folder() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = Folder::new(place.path());
+        let job = JobId {
+            data: "task2".to_owned(),
+            entry: "mlp".to_owned(),
+            seed: 3,
+        };
+        let (run, figures) = (folder.run(&job), folder.figures());
+        let places = [place.path(), &folder.job(&job), &run, &figures];
+        for each in places {
+            fs::create_dir_all(each).unwrap();
+            fs::write(each.join(".hydro-a1b2c3.part"), "half").unwrap();
+            fs::write(each.join("kept"), "whole").unwrap();
+        }
+        folder.remove_abandoned(&[job]);
+        for each in places {
+            assert!(
+                !each.join(".hydro-a1b2c3.part").exists(),
+                "{}",
+                each.display()
+            );
+            assert!(each.join("kept").exists(), "{}", each.display());
+        }
     }
 }

@@ -66,7 +66,7 @@ pub(super) fn write(
     let mut drawn = figures(&experiment);
     drawn.retain(|(_, svg)| !svg.is_empty());
     for (name, svg) in &drawn {
-        write_whole(&folder.file("figures").join(name), svg.as_bytes())?;
+        write_whole(&folder.figures().join(name), svg.as_bytes())?;
     }
     let text = tables(&experiment);
     let page = text.clone() + &pictures(drawn.iter().map(|(name, _)| name.as_str()));
