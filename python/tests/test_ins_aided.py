@@ -46,6 +46,7 @@ def test_a_coarse_pressure_sensor_is_believed_no_more_than_its_step():
             reading = ins.read(data)
         found = error(reading, data.body("rov").xpos, np.zeros(3), data.body("rov").xmat)
         squares.append(found[2] ** 2 / reading.covariance[2, 2])
+        assert reading.deviation.ravel()[2] < 0.3
     assert np.mean(squares) < 3
 
 

@@ -55,6 +55,7 @@ def test_a_sound_house_breaks_no_rule(house: Path):
             'pub(crate) struct Two;\nfn f() { fs::read("x"); }\n',
             "reading a file stands only in",
         ),
+        ("crates/gap/src/two.rs", 'pub(crate) struct Two;\nfn f() { File::open("x"); }\n', "`File::open(`; reading"),
     ],
 )
 def test_a_breach_is_found_and_named(house: Path, path: str, text: str, expected: str):

@@ -95,7 +95,8 @@ class Curves(unittest.TestCase):
             file.write('{"epoch": 2}\n')
         self.assertIn("line 3: 'step'; expected an object with epoch", self.refused(place))
         self.assertIn(
-            "val split of its data was empty", self.refused(run(self.folder, "blind", [0.4], validation=None))
+            "line 1: no validation error: the val split was empty",
+            self.refused(run(self.folder, "blind", [0.4], validation=None)),
         )
         self.assertIn("expected finite numbers", self.refused(run(self.folder, "lost", [0.4], loss=float("nan"))))
 

@@ -16,7 +16,7 @@ pub(super) fn check_sample_period(trained: Of<'_>, data: Of<'_>) -> anyhow::Resu
         return Ok(());
     }
     bail!(
-        "{}: sample_period is {} s, but {} was trained at {} s; its samples do not stand for each other",
+        "{}: sample_period is {} s, but that of {} is {} s: their samples do not stand for each other",
         data.0.display(),
         data.1,
         trained.0.display(),

@@ -252,7 +252,7 @@ fn a_run_has_the_losses_of_the_processor_and_can_change_sides() {
         trainer
             .log()
             .iter()
-            .filter_map(|epoch| epoch.validation)
+            .map(|epoch| epoch.validation.unwrap())
             .collect()
     };
     close(&validation(&here), &validation(&there));

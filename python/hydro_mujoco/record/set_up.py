@@ -22,6 +22,9 @@ from .recorder import AnyRobot
 from .scene import listed
 from .water import Water
 
+#: Longest sample period [s]: the motion of a robot is not seen at a longer one.
+LONGEST = 10.0
+
 
 @dataclass(frozen=True)
 class Options:
@@ -46,13 +49,17 @@ class Options:
             raise DataError(f"seed is {self.seed}; expected 0 or more")
         if self.samples < 2:
             raise DataError(f"samples is {self.samples}; a trajectory has at least 2")
-        if self.sample_period is not None and not (math.isfinite(self.sample_period) and self.sample_period > 0):
-            raise DataError(f"the sample period is {self.sample_period} s; expected a positive time")
+        if self.sample_period is not None and not 0 < self.sample_period <= LONGEST:
+            raise DataError(
+                f"the sample period is {self.sample_period} s; expected a positive time, {LONGEST:g} s at most"
+            )
         if not (math.isfinite(self.noise) and self.noise >= 0):
             raise DataError(f"noise is {self.noise}; expected a share of the wrench's deviation, 0 or more")
         if not (math.isfinite(self.effort) and 0 < self.effort <= 1):
             raise DataError(f"effort is {self.effort}; expected a share above 0, 1 at most")
         for name, pair, unit in (("density", self.density, "kg/m^3"), ("frequency", self.frequency, "Hz")):
+            if pair is not None and len(pair) != 2:
+                raise DataError(f"{name} is {pair}; expected two numbers, lowest and highest [{unit}]")
             if pair is not None and not (np.all(np.isfinite(pair)) and 0 < pair[0] <= pair[1]):
                 raise DataError(f"{name} is {pair[0]} to {pair[1]}; expected lowest and highest, above 0 [{unit}]")
 

@@ -84,16 +84,16 @@ def parse() -> argparse.Namespace:
 
 def run(args: argparse.Namespace) -> None:
     """Record the folder, unless another process is at it."""
+    loaded = scene.load(args.model)
     if args.out.exists() and not args.out.is_dir():
         raise DataError(f"{args.out} is a file: choose a folder for --out")
     args.out.mkdir(parents=True, exist_ok=True)
     with locked(args.out / LOCK):
-        _record(args)
+        _record(args, loaded)
 
 
-def _record(args: argparse.Namespace) -> None:
+def _record(args: argparse.Namespace, loaded: scene.Scene) -> None:
     """Remove what an earlier run left, record, and write the index last."""
-    loaded = scene.load(args.model)
     water = replace(WATERS[args.water], added_mass=args.added_mass)
     held = sorted(path.name for path in args.out.iterdir() if path.name != LOCK)
     if held and not args.overwrite:

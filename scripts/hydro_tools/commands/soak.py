@@ -2,8 +2,7 @@
 
     python scripts/soak.py --seconds 600
     python scripts/soak.py --quick
-    python scripts/soak.py --alone --steps 165000      # ten minutes of simulation a case: 302,500 steps with its resets
-    python scripts/soak.py --alone --integrator implicitfast --steps 165000
+    python scripts/soak.py --alone --integrator implicitfast --steps 300000    # ten minutes, and 5 and 3.3 after resets
     python scripts/soak.py --threads 64 --seconds 60
 
 At rest and in violent motion, under every integrator, with contacts, a tree that falls asleep and resets in mid-run.
@@ -44,7 +43,10 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--integrator", choices=INTEGRATORS, help="with --alone: this one only")
     parser.add_argument("--quick", action="store_true", help="a part of the single ones, 75 steps each, for tests")
     parser.add_argument("--threads", type=int, default=0, help="instead: this many threads at once")
-    return parser.parse_args()
+    args = parser.parse_args()
+    if args.integrator and not args.alone:
+        parser.error("--integrator goes with --alone")
+    return args
 
 
 def main() -> int:

@@ -53,7 +53,9 @@ def read(run: Path) -> Curve:
         except (ValueError, KeyError, TypeError) as error:
             raise DataError(f"{path}, line {number}: {error}; expected an object with {', '.join(FIELDS)}") from error
         if rows[-1]["validation"] is None:
-            raise DataError(f"{path}: no validation error; the val split of its data was empty, and there is no curve")
+            raise DataError(
+                f"{path}, line {number}: no validation error: the val split was empty, or the error no number"
+            )
         if not all(isinstance(value, int | float) and math.isfinite(value) for value in rows[-1].values()):
             raise DataError(f"{path}, line {number}: {rows[-1]}; expected finite numbers")
     if not rows:

@@ -10,8 +10,15 @@ PLACES = {
     "mjcf": "plain MJCF where it has a form for it, else the plugin's attribute `effects`",
     "sensors": "the verdict's list of sensors; it has no place in an MJCF",
 }
+#: Effects that are held elsewhere than `effects --json` says.
+ELSEWHERE = {"joint_backlash": "a second joint of the MJCF; among `effects` of the plugin it is refused"}
 #: Kinds of targets in the order of the page.
 KINDS = ("body", "actuator", "joint", "sensor")
+
+
+def place(effect: dict[str, Any]) -> str:
+    """Where a patched model holds an effect, in words."""
+    return ELSEWHERE.get(effect["id"]) or PLACES.get(effect["placement"], effect["placement"])
 
 
 def page(catalogue: dict[str, Any]) -> str:
@@ -73,7 +80,7 @@ def _section(effect: dict[str, Any]) -> list[str]:
         "",
         f"Source: {effect['source']}.",
         "",
-        f"Idealisation: {form}. Written to: {PLACES.get(effect['placement'], effect['placement'])}."
+        f"Idealisation: {form}. Written to: {place(effect)}."
         + ("" if effect["is_hypothesis"] else " `hydro gap` does not try it: it is part of a design."),
         "",
         *table(("parameter", "unit", "null", "prior sd", "bounds", "where left out"), rows),

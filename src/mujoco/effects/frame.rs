@@ -11,7 +11,7 @@ use crate::{
     plugin::bound::WetBody,
 };
 
-/// Those of a free body stand where the frame does, without an allocation a step.
+/// The six columns of a free body are kept in the frame, without an allocation a step.
 type Columns = SmallVec<[Vector6<f64>; 6]>;
 
 /// A body's frame in motion.

@@ -37,7 +37,7 @@ pub(crate) fn density(model: ModelView<'_>, given: Option<f64>) -> f64 {
 }
 
 /// Pose of a body in a body above it, in the model's initial position.
-fn relative(model: ModelView<'_>, mut body: usize, above: usize) -> Isometry3<f64> {
+pub(super) fn relative(model: ModelView<'_>, mut body: usize, above: usize) -> Isometry3<f64> {
     let mut sum = Isometry3::identity();
     while body != above && body != 0 {
         let step = pose(
@@ -48,21 +48,6 @@ fn relative(model: ModelView<'_>, mut body: usize, above: usize) -> Isometry3<f6
         body = model.body_parentid()[body] as usize;
     }
     sum
-}
-
-/// Volume [m^3] that the hulls of two bodies share, one of them above the other in the tree, in the model's initial position.
-pub(super) fn shared_volume(
-    model: ModelView<'_>,
-    (above, first): (usize, &Hull),
-    (below, second): (usize, &Hull),
-) -> f64 {
-    let place = relative(model, below, above);
-    let moved = second.solids().iter().map(|solid| Solid {
-        shape: solid.shape.clone(),
-        place: place * solid.place,
-    });
-    let both = first.solids().iter().cloned().chain(moved).collect();
-    first.volume() + second.volume() - Hull::united(both).volume()
 }
 
 /// True for the first moving body of a tree.

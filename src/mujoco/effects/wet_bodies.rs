@@ -115,14 +115,15 @@ pub(super) fn check_hull(
 /// Part of the smaller of two hulls that they may share before it is said.
 const MOST_SHARED: f64 = 0.1;
 
-/// Hulls that floating bodies share with the nearest floating one above them: what is in both is lifted twice.
-fn shared_hulls(model: ModelView<'_>, bound: &Bound) -> Vec<String> {
+/// Notes for the user on hulls that a floating body shares with the nearest floating one above it: what is in both is lifted twice.
+pub(crate) fn shared_hulls(model: ModelView<'_>, bound: &Bound) -> Vec<String> {
     let by_hull = |wet: &&WetBody| {
         wet.displaced()
             .is_some_and(|volume| volume == wet.hull.volume())
     };
     let floating: Vec<&WetBody> = bound.bodies.iter().filter(by_hull).collect();
     let name = |body: usize| model.label(mjOBJ_BODY as i32, "body", body);
+    let welded = |wet: &WetBody| model.body_weldid()[wet.body];
     let above = |of: &WetBody| {
         let mut body = of.body;
         while body != 0 {
@@ -136,10 +137,12 @@ fn shared_hulls(model: ModelView<'_>, bound: &Bound) -> Vec<String> {
     let pairs = floating
         .iter()
         .filter_map(|below| Some((above(below)?, *below)));
+    // Two buoyancies of what is welded together are told as such.
     pairs
+        .filter(|(above, below)| welded(above) != welded(below))
         .filter_map(|(above, below)| {
-            let hulls = ((above.body, &above.hull), (below.body, &below.hull));
-            let shared = sizes::shared_volume(model, hulls.0, hulls.1);
+            let place = sizes::relative(model, below.body, above.body);
+            let shared = above.hull.shares(&below.hull, &place);
             let part = shared / above.hull.volume().min(below.hull.volume());
             (part > MOST_SHARED).then(|| {
                 format!(
@@ -268,7 +271,6 @@ pub(super) fn notes(model: ModelView<'_>, around: &Surroundings, bound: &Bound) 
             notes.push(format!("body `{name}`: {note}"));
         }
     }
-    notes.extend(shared_hulls(model, bound));
     let carrier = around.carrier.filter(|given| {
         given.is_something()
             && !bound

@@ -22,7 +22,7 @@ pub(crate) struct InstanceEffects {
     pub(crate) instance: Handle,
 }
 
-/// As many instances are kept without an allocation.
+/// So many instances are kept without an allocation.
 const FEW: usize = 4;
 
 /// Instances that have effects, in MuJoCo's order.
@@ -47,20 +47,20 @@ pub(crate) fn with_effects(data: &mut DataView<'_>) -> Effects {
 
 /// An instance, and [`with_effects`]: every instance is looked up once. `None` where the instance is put aside.
 pub(crate) fn held_with_effects(data: &mut DataView<'_>, id: usize) -> Option<(Handle, Effects)> {
-    let (mut own, mut effects) = (None, Effects::new());
+    let own = held(data, id)?;
+    let mut effects = Effects::new();
     let ids: SmallVec<[usize; FEW]> = instances(data.model()).collect();
     for of in ids {
-        let Some(instance) = held(data, of) else {
-            continue;
+        let found = if of == id {
+            Some(own.clone())
+        } else {
+            held(data, of)
         };
-        if of == id {
-            own = Some(instance.clone());
-        }
-        if instance.effects().is_some() {
+        if let Some(instance) = found.filter(|instance| instance.effects().is_some()) {
             effects.push(InstanceEffects { id: of, instance });
         }
     }
-    own.map(|own| (own, effects))
+    Some((own, effects))
 }
 
 /// True where an effect or a sea moves the water.

@@ -16,6 +16,7 @@ use crate::{
         effects::{
             bind,
             surroundings::{Carrier, Surroundings},
+            wet_bodies::shared_hulls,
         },
         ffi::{
             DataView, ModelView,
@@ -146,8 +147,11 @@ pub(crate) fn set_up(
     let settings = settings(model, id).map_err(|fault| refused(fault.to_string()))?;
     let around = surroundings(model, &settings, body).map_err(refused)?;
     let entries = entries(model, &settings, &around).map_err(refused)?;
-    let effects = bound(model, &around, &entries)
+    let mut effects = bound(model, &around, &entries)
         .map_err(|fault| refused(format!("attribute `effects`: {fault}")))?;
+    if let Some(effects) = &mut effects {
+        effects.notes.extend(shared_hulls(model, effects));
+    }
     let afloat = Afloat {
         hulls: match (&settings.checkpoint, around.sea.waterline) {
             (Some(_), Some(_)) => hull::hulls(model, body, around.hull.as_deref()),

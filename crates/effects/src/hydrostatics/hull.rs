@@ -2,9 +2,14 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 
-use super::{overlap::share_space, part::Part, shared::Shared, solid::Solid};
+use super::{
+    overlap::{share_space, shared_volume},
+    part::Part,
+    shared::Shared,
+    solid::Solid,
+};
 
 /// The solids that displace water for a body; body frame throughout. What overlapping solids have in common counts twice,
 /// unless they are [`Hull::united`].
@@ -47,6 +52,17 @@ impl Hull {
     /// True where solids share space that counts once.
     pub fn overlaps(&self) -> bool {
         self.shared.is_some()
+    }
+
+    /// Volume [m^3] that is in both hulls, to a hundredth of the smaller; `place` takes the other's points to this frame.
+    pub fn shares(&self, other: &Self, place: &Isometry3<f64>) -> f64 {
+        let moved: Vec<Solid> = (other.solids.iter())
+            .map(|solid| Solid {
+                shape: solid.shape.clone(),
+                place: place * solid.place,
+            })
+            .collect();
+        shared_volume(&self.solids, &moved)
     }
 
     /// The solids, in the order that they were given.

@@ -37,6 +37,34 @@ pub(super) fn share_space(one: &Solid, other: &Solid) -> bool {
     shared as f64 > SHARE * inside as f64
 }
 
+/// Volume [m^3] that two groups of solids share, by counting points in the box that both reach into.
+pub(super) fn shared_volume(one: &[Solid], other: &[Solid]) -> f64 {
+    let reach = |solids: &[Solid], axis: &Vector3<f64>| {
+        let reaches = solids.iter().map(|solid| solid.reach(axis));
+        reaches.fold((f64::INFINITY, f64::NEG_INFINITY), |all, of| {
+            (all.0.min(of.0), all.1.max(of.1))
+        })
+    };
+    let box_ = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| {
+        let (a, b) = (reach(one, &axis), reach(other, &axis));
+        (a.0.max(b.0), a.1.min(b.1))
+    });
+    if !box_.iter().all(|(low, high)| low < high) {
+        return 0.0;
+    }
+    let within =
+        |solids: &[Solid], point: &Vector3<f64>| solids.iter().any(|solid| solid.contains(point));
+    let points = evenly_spread(4 * POINTS).map(|point| {
+        Vector3::from_fn(|axis, _| {
+            let (low, high) = box_[axis];
+            low + (high - low) * point[axis]
+        })
+    });
+    let shared = points.filter(|point| within(one, point) && within(other, point));
+    let size: f64 = box_.iter().map(|(low, high)| high - low).product();
+    size * shared.count() as f64 / (4 * POINTS) as f64
+}
+
 /// Whether a plane across an axis of either solid, or across the line between their origins, keeps them apart.
 fn apart(one: &Solid, other: &Solid) -> bool {
     let axes = [one, other].into_iter().flat_map(|solid| {

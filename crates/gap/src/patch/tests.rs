@@ -219,6 +219,13 @@ fn play_shifts_the_key_frame() {
     assert_eq!(added[1], "<key qpos=\"0 0 0 1 0 0 0 0.1 0\"/>");
 }
 
+#[test]
+fn no_play_is_nothing_to_write() {
+    let none = patched(MODEL, &[entry(Id::JointBacklash, "hinge", &[0.0])]).unwrap();
+    assert_eq!(none.xml, MODEL);
+    assert_eq!(none.written[0].form, "nothing: no play");
+}
+
 /// The rotor of the joint with play is the nominal's, as in the fit, whatever is added to it.
 #[test]
 fn armature_leaves_the_joint_of_play_alone() {

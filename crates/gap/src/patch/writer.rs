@@ -235,6 +235,9 @@ impl<'a> Writer<'a> {
                 joint::friction(model, node, *coulomb, *excess)?,
                 "dry friction of the joint",
             ),
+            (Id::JointBacklash, [width]) if *width <= 0.0 => {
+                (model.text.to_owned(), "nothing: no play")
+            }
             (Id::JointBacklash, [width]) => {
                 let description = self.request.description;
                 let joint = description

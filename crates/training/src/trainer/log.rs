@@ -17,7 +17,8 @@ pub struct LogRecord {
     pub loss: f64,
     /// Learning rate of its last step.
     pub learning_rate: f64,
-    /// Pooled normalised RMSE on the validation split, open loop over whole trajectories; `None` (null) where that split is empty.
+    /// Pooled normalised RMSE on the validation split, open loop over whole trajectories; `None` where that split is
+    /// empty. Written as null there, and where it is no number.
     pub validation: Option<f64>,
     /// The same with hydrostatics taken out of the scale.
     pub validation_hydrodynamic: Option<f64>,
