@@ -29,4 +29,4 @@ pub(crate) mod submersion;
 pub(crate) mod surroundings;
 pub(crate) mod walls;
 mod water;
-mod wet_bodies;
+pub(crate) mod wet_bodies;
