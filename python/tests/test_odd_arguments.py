@@ -27,6 +27,7 @@ ODD = (
     | st.sampled_from([Path("/dev/zero"), Path("/dev/null"), Path("/proc/self/mem"), Path()])
     | st.lists(st.integers() | st.text(max_size=3), max_size=3)
 )
+SMALL = {"model": "mlp", "hidden": [4], "epochs": 1}
 #: A word that is no text, a number that is none, a name that no file can have.
 REFUSED = (DataError, TypeError, ValueError, OverflowError)
 
@@ -52,6 +53,44 @@ def test_a_training(data, given_):
     with pytest.raises(REFUSED):
         hydro_mujoco.train(data, "out", progress=False, **given_)
     assert not Path("out").exists()
+
+
+@pytest.fixture(scope="module")
+def trained(elsewhere):
+    """A small data set and a checkpoint that was trained on it."""
+    Path("fish.xml").write_text(models.fish())
+    hydro_mujoco.record("fish.xml", "fish", trials=10, samples=6)
+    hydro_mujoco.train("fish", "model", **SMALL, progress=False)
+    return "fish", "model"
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    given_=st.dictionaries(
+        st.sampled_from(
+            ["seed", "outputs", "preset", "batch", "horizon", "learning_rate", "patience", "solver", "what"]
+        ),
+        ODD,
+        min_size=1,
+        max_size=2,
+    )
+)
+def test_options_of_a_training(trained, given_):
+    try:
+        found = hydro_mujoco.train(trained[0], "other", overwrite=True, progress=False, **(SMALL | given_))
+    except REFUSED:
+        return
+    assert found.nrmse is not None
+
+
+@settings(max_examples=25, deadline=None)
+@given(given_=st.dictionaries(st.sampled_from(["split", "start", "solver"]), ODD, min_size=1))
+def test_options_of_an_evaluation(trained, given_):
+    try:
+        found = hydro_mujoco.evaluate(trained[1], trained[0], **given_)
+    except REFUSED:
+        return
+    assert found["errors"]
 
 
 @settings(max_examples=25, deadline=None)
