@@ -56,7 +56,7 @@ class Versions(unittest.TestCase):
         for place in (".", *sorted(f"crates/{path.name}" for path in (ROOT / "crates").iterdir())):
             manifest = table(f"{place}/Cargo.toml")
             needed = {name for name, of in manifest["dependencies"].items() if not of.get("optional")}
-            # Where a lock has two versions of a crate, it names which.
+            # A lock with two versions of a crate names which.
             found = {name.split()[0] for name in locked.get(manifest["package"]["name"], needed)}
             with self.subTest(place):
                 self.assertEqual(needed - found, set())

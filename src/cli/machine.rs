@@ -1,4 +1,4 @@
-//! What Linux says of the machine and of this process.
+//! The machine and this process, as Linux tells them in /proc.
 
 use std::fs;
 

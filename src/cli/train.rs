@@ -229,8 +229,8 @@ struct RunFolder {
 }
 
 /// Parts of a name one after the other; they need not be UTF-8.
-fn joined(parts: [&OsStr; 3]) -> OsString {
-    parts.into_iter().collect()
+fn joined(parts: &[&OsStr]) -> OsString {
+    parts.iter().copied().collect()
 }
 
 impl RunFolder {
@@ -240,7 +240,7 @@ impl RunFolder {
         };
         Ok(Self {
             out: out.to_owned(),
-            run: out.with_file_name(joined(["".as_ref(), name, ".run".as_ref()])),
+            run: out.with_file_name(joined(&[name, ".run".as_ref()])),
         })
     }
 
@@ -252,7 +252,7 @@ impl RunFolder {
     /// Keeps other processes from the two folders; the file of the lock stands beside them.
     fn lock(&self) -> anyhow::Result<FolderLock> {
         let name = self.out.file_name().unwrap_or_default();
-        let path = (self.out).with_file_name(joined([".".as_ref(), name, ".lock".as_ref()]));
+        let path = (self.out).with_file_name(joined(&[".".as_ref(), name, ".lock".as_ref()]));
         if let Some(parent) = path.parent().filter(|it| !it.as_os_str().is_empty()) {
             std::fs::create_dir_all(parent)
                 .with_context(|| format!("--out {}", self.out.display()))?;

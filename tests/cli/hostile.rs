@@ -95,12 +95,17 @@ fn sizes_of_flags_have_stated_bounds() {
     }
 }
 
+/// Takes the trajectories out of a split of a data set.
+fn empty(data: &Path, split: &str) {
+    edit(data, |manifest| {
+        manifest["splits"][split] = serde_json::json!({"trajectories": 0, "shards": []});
+    });
+}
+
 #[test]
 fn a_split_that_is_missing_costs_no_training_and_is_not_evaluated() {
     let (_folder, data, out) = place();
-    edit(&data, |manifest| {
-        manifest["splits"]["test"] = serde_json::json!({"trajectories": 0, "shards": []});
-    });
+    empty(&data, "test");
     let output = hydro(&train(&data, &out, &SHORT));
     let text = message(&output);
     assert!(output.status.success(), "{text}");
@@ -125,9 +130,7 @@ fn a_split_that_is_missing_costs_no_training_and_is_not_evaluated() {
 #[test]
 fn without_a_validation_split_a_checkpoint_is_saved_and_that_is_said() {
     let (_folder, data, out) = place();
-    edit(&data, |manifest| {
-        manifest["splits"]["val"] = serde_json::json!({"trajectories": 0, "shards": []});
-    });
+    empty(&data, "val");
     let output = hydro(&train(&data, &out, &SHORT));
     let text = message(&output);
     assert!(output.status.success(), "{text}");

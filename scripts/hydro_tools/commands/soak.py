@@ -71,9 +71,9 @@ def _soak(args: argparse.Namespace) -> int:
     if args.alone:
         listed = campaign.alone(effects, args.seed)
         listed = [(kind, case) for kind, case in listed if args.integrator in (None, case.integrator)]
-        records, most = campaign.once(listed, steps), len(listed)
+        records, most = campaign.go(listed, steps), len(listed)
     else:
-        records = campaign.go(effects, args.seconds, steps, args.seed, most)
+        records = campaign.go(campaign.endless(effects, args.seed), steps, seconds=args.seconds, most=most)
     progress = Progress(most or math.ceil(args.seconds), "cases" if most else "seconds")
     begin = time.monotonic()
     # Of the cases only what is printed is kept: the memory that is watched is that of the runs.

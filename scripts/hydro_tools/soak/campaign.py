@@ -2,10 +2,11 @@
 
 import ctypes
 import itertools
+import math
 import random
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,26 +74,23 @@ def _calm(effects: Sequence[Effect], count: int, seed: int) -> list[tuple[str, C
     ]
 
 
-def once(listed: Sequence[tuple[str, Case]], steps: int) -> Iterator[Record]:
-    """Run each of some cases once."""
-    warnings: Counter = Counter()
-    mujoco.set_mju_user_warning(lambda text: warnings.update([text]))
-    for kind, case in listed:
-        yield Record(kind, case, run(case, steps, warnings), resident())
+def endless(effects: Sequence[Effect], seed: int) -> Iterator[tuple[str, Case]]:
+    """All cases, with other seeds once all are done."""
+    for turn in itertools.count(seed):
+        yield from cases(effects, turn)
 
 
-def go(effects: Sequence[Effect], seconds: float, steps: int, seed: int, most: int | None) -> Iterator[Record]:
-    """Run cases until the time is over, with other seeds once all are done; at most `most` cases."""
+def go(
+    listed: Iterable[tuple[str, Case]], steps: int, *, seconds: float = math.inf, most: int | None = None
+) -> Iterator[Record]:
+    """Run cases, `most` of them and until the time is over."""
     warnings: Counter = Counter()
     mujoco.set_mju_user_warning(lambda text: warnings.update([text]))
     end = time.monotonic() + seconds
-    count = 0
-    for turn in itertools.count(seed):
-        for kind, case in cases(effects, turn):
-            if time.monotonic() > end or (most is not None and count >= most):
-                return
-            count += 1
-            yield Record(kind, case, run(case, steps, warnings), resident())
+    for kind, case in itertools.islice(listed, most):
+        if time.monotonic() > end:
+            return
+        yield Record(kind, case, run(case, steps, warnings), resident())
 
 
 def resident() -> float:

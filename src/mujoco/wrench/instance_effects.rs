@@ -22,7 +22,7 @@ pub(crate) struct InstanceEffects {
     pub(crate) instance: Handle,
 }
 
-/// So many instances are kept without an allocation.
+/// Number of instances that are kept without an allocation.
 const FEW: usize = 4;
 
 /// Instances that have effects, in MuJoCo's order.
@@ -30,37 +30,29 @@ pub(crate) type Effects = SmallVec<[InstanceEffects; FEW]>;
 
 /// The instances that have effects, in MuJoCo's order.
 pub(crate) fn with_effects(data: &mut DataView<'_>) -> Effects {
-    if data.model().plugin().is_empty() {
-        return Effects::new();
-    }
-    let ids: SmallVec<[usize; FEW]> = instances(data.model()).collect();
-    ids.into_iter()
-        .filter_map(|id| {
-            let instance = held(data, id)?;
-            instance
-                .effects()
-                .is_some()
-                .then_some(InstanceEffects { id, instance })
-        })
-        .collect()
+    with_effects_beside(data, None)
 }
 
 /// An instance, and [`with_effects`]: every instance is looked up once. `None` where the instance is put aside.
 pub(crate) fn held_with_effects(data: &mut DataView<'_>, id: usize) -> Option<(Handle, Effects)> {
     let own = held(data, id)?;
-    let mut effects = Effects::new();
-    let ids: SmallVec<[usize; FEW]> = instances(data.model()).collect();
-    for of in ids {
-        let found = if of == id {
-            Some(own.clone())
-        } else {
-            held(data, of)
-        };
-        if let Some(instance) = found.filter(|instance| instance.effects().is_some()) {
-            effects.push(InstanceEffects { id: of, instance });
-        }
-    }
+    let effects = with_effects_beside(data, Some((id, &own)));
     Some((own, effects))
+}
+
+/// [`with_effects`], where one instance is at hand.
+fn with_effects_beside(data: &mut DataView<'_>, own: Option<(usize, &Handle)>) -> Effects {
+    let ids: SmallVec<[usize; FEW]> = instances(data.model()).collect();
+    ids.into_iter()
+        .filter_map(|id| {
+            let instance = match own {
+                Some((of, own)) if of == id => own.clone(),
+                _ => held(data, id)?,
+            };
+            let acts = instance.effects().is_some();
+            acts.then_some(InstanceEffects { id, instance })
+        })
+        .collect()
 }
 
 /// True where an effect or a sea moves the water.

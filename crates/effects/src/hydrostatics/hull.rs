@@ -56,13 +56,20 @@ impl Hull {
 
     /// Volume [m^3] that is in both hulls, to a hundredth of the smaller; `place` takes the other's points to this frame.
     pub fn shares(&self, other: &Self, place: &Isometry3<f64>) -> f64 {
-        let moved: Vec<Solid> = (other.solids.iter())
-            .map(|solid| Solid {
-                shape: solid.shape.clone(),
-                place: place * solid.place,
-            })
-            .collect();
-        shared_volume(&self.solids, &moved)
+        let moved = other.solids.iter().map(|solid| Solid {
+            shape: solid.shape.clone(),
+            place: place * solid.place,
+        });
+        let other = Self::new(moved.collect());
+        let box_ = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| {
+            let (one, other) = (self.reach(&axis), other.reach(&axis));
+            (one.0.max(other.0), one.1.min(other.1))
+        });
+        if box_.iter().all(|(low, high)| low < high) {
+            shared_volume(&self.solids, &other.solids, box_)
+        } else {
+            0.0
+        }
     }
 
     /// The solids, in the order that they were given.

@@ -6,6 +6,8 @@ use super::solid::Solid;
 
 /// Points in the smaller solid's bounding box.
 const POINTS: usize = 4096;
+/// Points in the box that two hulls both reach into.
+const POINTS_IN_BOTH: usize = 4 * POINTS;
 /// Share of the smaller solid's points that lie in the other, above which the two overlap.
 const SHARE: f64 = 0.0075;
 
@@ -23,11 +25,7 @@ pub(super) fn share_space(one: &Solid, other: &Solid) -> bool {
     };
     let reach = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| small.shape.reach(&axis));
     let (mut inside, mut shared) = (0_usize, 0_usize);
-    for point in evenly_spread(POINTS) {
-        let point = Vector3::from_fn(|axis, _| {
-            let (low, high) = reach[axis];
-            low + (high - low) * point[axis]
-        });
+    for point in points_in(reach, POINTS) {
         if small.shape.contains(&point) {
             inside += 1;
             let there = small.place * nalgebra::Point3::from(point);
@@ -37,32 +35,14 @@ pub(super) fn share_space(one: &Solid, other: &Solid) -> bool {
     shared as f64 > SHARE * inside as f64
 }
 
-/// Volume [m^3] that two groups of solids share, by counting points in the box that both reach into.
-pub(super) fn shared_volume(one: &[Solid], other: &[Solid]) -> f64 {
-    let reach = |solids: &[Solid], axis: &Vector3<f64>| {
-        let reaches = solids.iter().map(|solid| solid.reach(axis));
-        reaches.fold((f64::INFINITY, f64::NEG_INFINITY), |all, of| {
-            (all.0.min(of.0), all.1.max(of.1))
-        })
-    };
-    let box_ = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| {
-        let (a, b) = (reach(one, &axis), reach(other, &axis));
-        (a.0.max(b.0), a.1.min(b.1))
-    });
-    if !box_.iter().all(|(low, high)| low < high) {
-        return 0.0;
-    }
+/// Volume [m^3] that is in both of two groups of solids, by counting points of a box (least and greatest coordinate by axis).
+pub(super) fn shared_volume(one: &[Solid], other: &[Solid], box_: [(f64, f64); 3]) -> f64 {
     let within =
         |solids: &[Solid], point: &Vector3<f64>| solids.iter().any(|solid| solid.contains(point));
-    let points = evenly_spread(4 * POINTS).map(|point| {
-        Vector3::from_fn(|axis, _| {
-            let (low, high) = box_[axis];
-            low + (high - low) * point[axis]
-        })
-    });
-    let shared = points.filter(|point| within(one, point) && within(other, point));
+    let shared =
+        points_in(box_, POINTS_IN_BOTH).filter(|point| within(one, point) && within(other, point));
     let size: f64 = box_.iter().map(|(low, high)| high - low).product();
-    size * shared.count() as f64 / (4 * POINTS) as f64
+    size * shared.count() as f64 / POINTS_IN_BOTH as f64
 }
 
 /// Whether a plane across an axis of either solid, or across the line between their origins, keeps them apart.
@@ -74,6 +54,16 @@ fn apart(one: &Solid, other: &Solid) -> bool {
     axes.chain(between.try_normalize(0.0)).any(|direction| {
         let (a, b) = (one.reach(&direction), other.reach(&direction));
         a.1 <= b.0 || b.1 <= a.0
+    })
+}
+
+/// Points that fill a box evenly.
+fn points_in(box_: [(f64, f64); 3], count: usize) -> impl Iterator<Item = Vector3<f64>> {
+    evenly_spread(count).map(move |point| {
+        Vector3::from_fn(|axis, _| {
+            let (low, high) = box_[axis];
+            low + (high - low) * point[axis]
+        })
     })
 }
 
