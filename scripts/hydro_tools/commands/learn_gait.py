@@ -6,10 +6,11 @@ r"""Learn a gait of B1 by CMA-ES on a pattern generator with feedback of attitud
 
 `learn` writes gait.json (`hydro-gait/1`) and, as it goes, state.json; cut off, the same command goes on and ends with
 the same bytes. Waters: learned (the plugin with models/b1-relaxation), drag (fitted to Task 2), box (MuJoCo's inertia
-box), truth (MuJoCo's ellipsoid fluid), and for replays strip (strip theory). `replay` prints means over the starts:
-speed along the first heading, drift of depth and heading, greatest tilt, cost of transport. `table` replays every gait
-in the truth and in strip theory, and prints docs/gaits.md's table. A film: scripts/film.py --gait. Needs cma
-(pip install -e . -e scripts[gaits]).
+box), truth (MuJoCo's ellipsoid fluid), which those three stand for; strip-learned (models/b1-strip, joint torques too),
+strip-wrench (the same without them), strip (strip theory, in NumPy: ten times slower). `replay` prints means over the
+starts: speed along the first heading, drift of depth and heading, greatest tilt, cost of transport. `table` replays
+every gait in the truth and in strip theory, and prints those of docs/gaits.md. A film: scripts/film.py --gait. Needs
+cma (pip install -e . -e scripts[gaits]).
 """
 
 import argparse
@@ -28,7 +29,7 @@ def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
     learn = commands.add_parser("learn", help="learn a gait")
-    learn.add_argument("--water", required=True, choices=waters.LEARNT_IN)
+    learn.add_argument("--water", required=True, choices=tuple(waters.WATERS))
     learn.add_argument("--seed", type=int, default=0, help="default: %(default)s")
     learn.add_argument("--out", type=Path, required=True, help="folder of gait.json and state.json")
     learn.add_argument("--generations", type=int, default=60, help="default: %(default)s")

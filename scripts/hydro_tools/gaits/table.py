@@ -8,10 +8,8 @@ import numpy as np
 from hydro_mujoco.recording.progress import Progress
 
 from . import gait_file, replay
-from .waters import LEARNT_IN, WATERS
+from .waters import TRUTHS, WATERS
 
-#: Waters in which every gait is swum, besides the one that it was learnt in.
-JUDGED_IN = ("truth", "strip")
 #: Speed below which a share of it says nothing [m/s].
 SLOWEST = 0.05
 #: Name -> what it is, its unit, digits.
@@ -42,44 +40,44 @@ def rows(paths: list[Path], *, seconds: float, starts: int, threads: int) -> lis
     for path in paths:
         gait = gait_file.read(path, model)
         row: dict[str, Any] = {"water": gait.water, "seed": gait.seed, "episodes": gait.episodes, "score": gait.score}
-        for name in dict.fromkeys((gait.water, *JUDGED_IN)):
+        for name in dict.fromkeys((gait.water, *TRUTHS)):
             track = replay.replay(gait, WATERS[name], seconds=seconds, starts=starts, threads=threads)
             row[name] = replay.summary(track)
         found.append(row)
         progress.advance()
-    return sorted(found, key=lambda row: (LEARNT_IN.index(row["water"]), row["seed"]))
+    return sorted(found, key=lambda row: (list(WATERS).index(row["water"]), row["seed"]))
 
 
 def markdown(rows: list[dict[str, Any]]) -> list[str]:
-    """A row a gait, and one of the means of those of a water."""
-    best = [row["truth"]["speed"] for row in rows if row["water"] == "truth"]
+    """A table a truth: a row a gait of the waters that stand for it, and one of the means of those of a water."""
+    lines = []
+    for truth in TRUTHS:
+        waters = [name for name, water in WATERS.items() if water.stands_for == truth]
+        own = [[row for row in rows if row["water"] == name] for name in waters]
+        if any(own):
+            lines += [*([""] if lines else []), *_of_truth(truth, own)]
+    return lines
+
+
+def _of_truth(truth: str, waters: list[list[dict[str, Any]]]) -> list[str]:
+    """The table of one truth; `waters`: the rows of each water."""
+    best = [row[truth]["speed"] for rows in waters for row in rows if row["water"] == truth]
     able = float(np.mean(best)) if best else 0.0
-    head = [
-        "learnt in",
-        "seed",
-        "speed there",
-        "in the truth",
-        "kept",
-        "of the truth's",
-        "depth",
-        "tilt",
-        "heading",
-        "cost",
-    ]
-    head += ["swam", "in strip theory"]
+    (other,) = TRUTHS.keys() - {truth}
+    head = ["learnt in", "seed", "speed there", "in the truth", "kept", "of the truth's", "depth", "tilt", "heading"]
+    head += ["cost", "swam", f"in {TRUTHS[other]}"]
     table = [head, ["---"] * len(head)]
-    for name in LEARNT_IN:
-        own = [row for row in rows if row["water"] == name]
-        for row in own:
-            truth = row["truth"]
-            cells = [name, str(row["seed"]), *_speeds(row[name]["speed"], truth["speed"], able)]
-            cells += [_number(truth["depth_worst"], 2), _number(truth["tilt_worst"], 0)]
-            cells += [_number(truth["heading_drift"], 0), _number(truth["cost"], 2), _number(truth["swam"], 0)]
-            table.append([*cells, _number(row["strip"]["speed"], 3)])
-        if own:
-            there, truth, strip = (float(np.mean([row[water]["speed"] for row in own])) for water in (name, *JUDGED_IN))
-            means = [f"**{cell}**" for cell in _speeds(there, truth, able)]
-            table.append([name, "**mean**", *means, "", "", "", "", "", f"**{strip:.3f}**"])
+    for rows in filter(None, waters):
+        name = rows[0]["water"]
+        for row in rows:
+            there = row[truth]
+            cells = [name, str(row["seed"]), *_speeds(row[name]["speed"], there["speed"], able)]
+            cells += [_number(there["depth_worst"], 2), _number(there["tilt_worst"], 0)]
+            cells += [_number(there["heading_drift"], 0), _number(there["cost"], 2), _number(there["swam"], 0)]
+            table.append([*cells, _number(row[other]["speed"], 3)])
+        means = [float(np.mean([row[water]["speed"] for row in rows])) for water in (name, truth, other)]
+        speeds = [f"**{cell}**" for cell in _speeds(*means[:2], able)]
+        table.append([name, "**mean**", *speeds, "", "", "", "", "", f"**{means[2]:.3f}**"])
     return [f"| {' | '.join(cells)} |" for cells in table]
 
 

@@ -92,11 +92,12 @@ class StripPool:
 
 @dataclass(frozen=True)
 class Water:
-    """A water by name, and what acts in it."""
+    """A water by name, what acts in it, and the name of the water that it stands for."""
 
     name: str
     what: str
     spec: Callable[[], mujoco.MjSpec]
+    stands_for: str
     pool: Callable[[mujoco.MjModel, int, int], Pool] = BatchPool
 
     def model(self) -> mujoco.MjModel:
@@ -119,10 +120,10 @@ def _scene(name: str) -> mujoco.MjSpec:
     return mujoco.MjSpec.from_file(str(ROOT / "mjcf" / f"{name}.xml"))
 
 
-def _learned() -> mujoco.MjSpec:
+def _learned(checkpoint: str, **attributes: str) -> mujoco.MjSpec:
     spec = _scene("b1_swim")
     water = spec.plugins[0]
-    water.config = {**water.config, "checkpoint": str(ROOT / "models/b1-relaxation")}
+    water.config = {**water.config, "checkpoint": str(ROOT / "models" / checkpoint), **attributes}
     return spec
 
 
@@ -143,15 +144,27 @@ def _drag() -> mujoco.MjSpec:
 WATERS = {
     water.name: water
     for water in (
-        Water("learned", "the plugin with models/b1-relaxation: a wrench on the trunk", _learned),
-        Water("drag", "linear and quadratic drag of the trunk, fitted to Task 2; exact buoyancy", _drag),
-        Water("box", "MuJoCo's inertia box on every link; exact buoyancy", lambda: _scene("b1_box_fluid")),
-        Water("truth", "MuJoCo's ellipsoid fluid on every link, as identified", lambda: _scene("b1_truth")),
-        Water("strip", "strip theory with added mass and wakes", lambda: _scene("b1_truth"), StripPool),
+        Water("learned", "models/b1-relaxation: a wrench on the trunk", lambda: _learned("b1-relaxation"), "truth"),
+        Water("drag", "linear and quadratic drag of the trunk, fitted to Task 2; exact buoyancy", _drag, "truth"),
+        Water("box", "MuJoCo's inertia box on every link; exact buoyancy", lambda: _scene("b1_box_fluid"), "truth"),
+        Water("truth", "MuJoCo's ellipsoid fluid on every link, as identified", lambda: _scene("b1_truth"), "truth"),
+        Water(
+            "strip-learned",
+            "models/b1-strip: a wrench on the trunk, torques on the joints",
+            lambda: _learned("b1-strip"),
+            "strip",
+        ),
+        Water(
+            "strip-wrench",
+            "models/b1-strip, its joint torques left out",
+            lambda: _learned("b1-strip", outputs="wrench"),
+            "strip",
+        ),
+        Water("strip", "strip theory with added mass and wakes", lambda: _scene("b1_truth"), "strip", StripPool),
     )
 }
-#: Those in which a gait is learnt; `strip` is for replays.
-LEARNT_IN = ("learned", "drag", "box", "truth")
+#: The waters that others stand for, each with what it is called.
+TRUTHS = {"truth": "MuJoCo's ellipsoid fluid", "strip": "strip theory"}
 
 
 def water(name: str) -> Water:
