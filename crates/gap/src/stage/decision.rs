@@ -76,7 +76,6 @@ pub(crate) fn decide(
     decision
         .remarks
         .extend(doubts::values_at_an_edge(explanation, best));
-    (decision.remarks).extend(doubts::numbers_at_an_edge(explanation, best));
     if !decision.remarks.is_empty() {
         return Ok(decision);
     }

@@ -60,32 +60,11 @@ fn runs_to(end: f64, null: f64, edge: f64, (value, reaches): (f64, bool)) -> boo
     left <= edge * way || (reaches && left < 0.5 * way)
 }
 
-/// Numbers of the nominal that the fit of a set moves as far as it may, as one sentence: the set stands for something else, or they are
-/// less well known than was said. None where all are within.
-pub(crate) fn numbers_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Option<String> {
-    let options = &explanation.problem.settings.options;
-    let most = options.likelihood.largest_shift;
-    let told = shifted(explanation, set, most - options.name.edge * most)?;
-    Some(format!(
-        "the likeliest explanation is not named, for numbers of the nominal are moved as far as they may be, in standard deviations: \
-         {told}; they are less well known than was said (--uncertainty), or it stands for something else"
-    ))
-}
-
 /// Numbers of the nominal that the fit of a set moves far beyond their uncertainty, the farthest first, as one sentence; none
 /// where all are near.
 pub(crate) fn far_numbers(explanation: &Explanation<'_>, set: usize) -> Option<String> {
-    let least = explanation.problem.settings.options.name.far;
-    let told = shifted(explanation, set, least)?;
-    Some(format!(
-        "the fit moves numbers of the nominal farther than they are uncertain, in standard deviations: {told}; what acts like them may \
-         be wrong by more than its interval"
-    ))
-}
-
-/// Numbers of the nominal that the fit of a set moves by `least` standard deviations or more, the farthest first; none where none is.
-fn shifted(explanation: &Explanation<'_>, set: usize, least: f64) -> Option<String> {
     let problem = explanation.problem;
+    let least = problem.settings.options.name.far;
     let point = explanation.point(set);
     let all = problem.nuisances.iter().zip(point.nuisances.iter());
     let mut far: Vec<(&str, f64)> = all
@@ -97,7 +76,14 @@ fn shifted(explanation: &Explanation<'_>, set: usize, least: f64) -> Option<Stri
         .iter()
         .map(|(name, shift)| format!("`{name}` by {shift:+.1}"));
     let told: Vec<String> = told.collect();
-    (!told.is_empty()).then(|| told.join(", "))
+    (!told.is_empty()).then(|| {
+        format!(
+            "the fit moves numbers of the nominal farther than they are uncertain, in standard deviations: {}; they are less well known \
+             than was said (--uncertainty), or stand for something else that is missing, and what acts like them may be wrong by more \
+             than its interval",
+            told.join(", ")
+        )
+    })
 }
 
 #[cfg(test)]
