@@ -1,6 +1,6 @@
 //! A set of effects at one level of disturbances, with its likelihood and posterior.
 
-use crate::likelihood::{by_trial::Own, truncated_evidence::Truncated};
+use crate::likelihood::{by_trial::Own, held::Held, truncated_evidence::Truncated};
 
 /// A member of a set: candidate, choice, scale, and where every trial has a value of its own, which of the sizes.
 pub(crate) type Member = (usize, usize, usize, Option<usize>);
@@ -16,6 +16,8 @@ pub(crate) struct Found {
     pub(crate) columns: Vec<usize>,
     /// Columns with a value of each trial's own.
     pub(crate) own: Own,
+    /// What stands beside the set and is at a bound of its prior.
+    pub(crate) held: Held,
     /// Difference, by member, between the log likelihood averaged over its choices and scales and that of the likeliest.
     pub(crate) mixtures: Vec<f64>,
     pub(crate) posterior: Truncated,

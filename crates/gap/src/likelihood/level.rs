@@ -15,7 +15,8 @@ use crate::{
         filter::Filtered,
         form_error::Beside,
         found::Found,
-        quadratic::Quadratic,
+        held::{self, Held},
+        quadratic::{Marginal, Quadratic},
         truncated_normal::Bounds,
     },
     options::LikelihoodOptions,
@@ -59,6 +60,38 @@ pub(crate) struct Given {
     pub(crate) quadratic: Quadratic,
     /// Log likelihood where they are zero.
     pub(crate) empty: f64,
+    /// What was integrated out, as places among all parameters.
+    pub(super) beside: Vec<usize>,
+    /// Its best values where the rest is zero, and how far they move, turned round, with it.
+    at_zero: DVector<f64>,
+    response: DMatrix<f64>,
+}
+
+impl Given {
+    fn new(beside: Vec<usize>, of: Marginal, half: f64) -> Self {
+        Self {
+            empty: -0.5 * of.rest.q - half - of.half_log_determinant,
+            quadratic: of.rest,
+            beside,
+            at_zero: of.at_zero,
+            response: of.response,
+        }
+    }
+
+    fn select(&self, columns: &[usize]) -> Self {
+        Self {
+            quadratic: self.quadratic.select(columns),
+            empty: self.empty,
+            beside: self.beside.clone(),
+            at_zero: self.at_zero.clone(),
+            response: self.response.select_columns(columns),
+        }
+    }
+
+    /// The best values of what was integrated out beside some of the rest.
+    pub(super) fn beside_values(&self, rest: &DVector<f64>) -> DVector<f64> {
+        &self.at_zero - &self.response * rest
+    }
 }
 
 impl Level {
@@ -147,33 +180,32 @@ impl Level {
         let mut columns = self.columns.columns(&present);
         let beside = columns.len();
         columns.extend(self.columns.len()..self.whole.b.len());
-        let (quadratic, logs) = self.whole.select(&columns).marginal(beside)?;
-        let given = Arc::new(Given {
-            empty: -0.5 * quadratic.q - self.half_log_determinant - logs,
-            quadratic,
-        });
+        let of = self.whole.select(&columns).marginal(beside)?;
+        columns.truncate(beside);
+        let given = Arc::new(Given::new(columns, of, self.half_log_determinant));
         let mut all = self.given.lock().ok()?;
         all.insert(present, given.clone());
         Some(given)
     }
 
     /// The likelihood of some columns for sets that hold the same of the point's candidates as `set`, where some have a value
-    /// of each trial's own. `None` where it is not positive.
-    pub(crate) fn given_own(&self, set: &[usize], own: &Own, columns: &[usize]) -> Option<Given> {
-        if own.is_empty() {
-            let given = self.given(set)?;
-            return Some(Given {
-                quadratic: given.quadratic.select(columns),
-                empty: given.empty,
-            });
+    /// of each trial's own, and some of what stands beside the set is `held`. `None` where it is not positive.
+    pub(crate) fn given_own(
+        &self,
+        set: &[usize],
+        (own, held): (&Own, &Held),
+        columns: &[usize],
+    ) -> Option<Given> {
+        if own.is_empty() && held.is_empty() {
+            return Some(self.given(set)?.select(columns));
         }
         let beside = self.beside(set);
         let (joint, half) = self.joint(&beside, own, columns)?;
-        let (quadratic, logs) = joint.marginal(beside.len())?;
-        Some(Given {
-            empty: -0.5 * quadratic.q - half - logs,
-            quadratic,
-        })
+        let joint = joint.with_known(&held::known(held, &beside, columns.len()));
+        let free = beside.into_iter().filter(|of| !held.contains_key(of));
+        let free: Vec<usize> = free.collect();
+        let of = joint.marginal(free.len())?;
+        Some(Given::new(free, of, half))
     }
 
     /// The likelihood of what stands beside a set, then of some of its columns, and half its log determinant.
@@ -256,7 +288,8 @@ impl Level {
         if !found.own.is_empty() {
             return None;
         }
-        let given = self.given(&found.set)?;
+        let all: Vec<usize> = (0..self.whole.b.len() - self.columns.len()).collect();
+        let given = self.given_own(&found.set, (&found.own, &found.held), &all)?;
         let posterior = &found.posterior;
         Some(Simulator {
             place: (self.number, self.sizes, self.is_searched),

@@ -26,6 +26,7 @@ pub(crate) mod followed;
 pub(crate) mod force_scale;
 pub(crate) mod form_error;
 pub(crate) mod found;
+pub(crate) mod held;
 pub(crate) mod innovations;
 mod layout;
 pub(crate) mod level;

@@ -17,6 +17,19 @@ pub(crate) struct Quadratic {
     pub(crate) a: DMatrix<f64>,
 }
 
+/// A quadratic in what is left once some parameters are fitted away.
+#[derive(Clone, Debug)]
+pub(crate) struct Marginal {
+    /// In what is left.
+    pub(crate) rest: Quadratic,
+    /// Half the logarithm of the determinant of the posterior precision of what was fitted away.
+    pub(crate) half_log_determinant: f64,
+    /// The best values of what was fitted away where the rest is zero.
+    pub(crate) at_zero: DVector<f64>,
+    /// How far they move, turned round, with what is left [fitted away, left].
+    pub(crate) response: DMatrix<f64>,
+}
+
 impl Quadratic {
     /// From a Gram matrix whose first row belongs to the residual.
     pub(crate) fn from_gram(gram: &DMatrix<f64>) -> Self {
@@ -39,9 +52,19 @@ impl Quadratic {
         }
     }
 
-    /// With the first `n` parameters (uncertainties of the nominal) fitted away under their priors, and half the logarithm of
-    /// the determinant of their posterior precision.
-    pub(crate) fn marginal(&self, n: usize) -> Option<(Self, f64)> {
+    /// Of the parameters that are not known, where some are: theirs, and the priors of these, are counted into the value at zero.
+    pub(crate) fn with_known(&self, known: &[Option<f64>]) -> Self {
+        let z = DVector::from_iterator(known.len(), known.iter().map(|of| of.unwrap_or(0.0)));
+        let moved = &self.a * &z;
+        let rest: Vec<usize> = (0..known.len()).filter(|at| known[*at].is_none()).collect();
+        let mut of_rest = self.select(&rest);
+        of_rest.q += z.dot(&moved) - 2.0 * self.b.dot(&z) + z.norm_squared();
+        of_rest.b -= moved.select_rows(&rest);
+        of_rest
+    }
+
+    /// With the first `n` parameters (uncertainties of the nominal) fitted away under their priors.
+    pub(crate) fn marginal(&self, n: usize) -> Option<Marginal> {
         let rest = self.b.len() - n;
         let mut head = self.a.view((0, 0), (n, n)).into_owned();
         for axis in 0..n {
@@ -57,8 +80,12 @@ impl Quadratic {
             b: self.b.rows(n, rest) - cross.tr_mul(&solved_slope),
             a: self.a.view((n, n), (rest, rest)) - cross.tr_mul(&solved_cross),
         };
-        let half_log_determinant = factor.l_dirty().diagonal().map(f64::ln).sum();
-        Some((marginal, half_log_determinant))
+        Some(Marginal {
+            rest: marginal,
+            half_log_determinant: factor.l_dirty().diagonal().map(f64::ln).sum(),
+            at_zero: solved_slope,
+            response: solved_cross,
+        })
     }
 
     /// Factor of the curvature, made positive where rounding left it singular.
@@ -193,13 +220,39 @@ mod tests {
         assert!((z[0] + 5.5 / 4.0).abs() < 1e-8, "{z}");
     }
 
+    /// What is known is counted in, and the rest is as if it were a parameter.
+    #[test]
+    fn known_values_are_counted_in() {
+        let quadratic = leaning();
+        let rest = quadratic.with_known(&[None, Some(2.0)]);
+        let at = |z: f64| {
+            let z = DVector::from_vec(vec![z, 2.0]);
+            quadratic.q - 2.0 * quadratic.b.dot(&z) + (&quadratic.a * &z).dot(&z) + 4.0
+        };
+        for z in [0.0, 1.5] {
+            let of_rest = rest.q - 2.0 * rest.b[0] * z + rest.a[(0, 0)] * z * z;
+            assert!((of_rest - at(z)).abs() < 1e-12, "{z}");
+        }
+    }
+
+    /// What was fitted away follows what is left.
+    #[test]
+    fn what_is_fitted_away_is_known_beside_the_rest() {
+        let columns = DMatrix::from_fn(9, 5, |row, column| ((row * 5 + column * 2) as f64).cos());
+        let whole = Quadratic::from_gram(&columns.tr_mul(&columns));
+        let all = whole.best(&[FREE; 4]).unwrap();
+        let marginal = whole.marginal(2).unwrap();
+        let away = &marginal.at_zero - &marginal.response * all.rows(2, 2);
+        assert!((away - all.rows(0, 2)).norm() < 1e-9);
+    }
+
     /// Fitting nuisances away first or with the rest gives the same values.
     #[test]
     fn a_marginal_quadratic_has_the_same_optimum() {
         let columns = DMatrix::from_fn(9, 5, |row, column| ((row * 7 + column * 3) as f64).sin());
         let whole = Quadratic::from_gram(&columns.tr_mul(&columns));
         let all = whole.best(&[FREE; 4]).unwrap();
-        let rest = whole.marginal(2).unwrap().0.best(&[FREE; 2]).unwrap();
+        let rest = whole.marginal(2).unwrap().rest.best(&[FREE; 2]).unwrap();
         assert!((all.rows(2, 2) - &rest).norm() < 1e-9);
     }
 }

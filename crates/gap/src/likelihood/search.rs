@@ -14,6 +14,7 @@ use crate::{
         by_trial::Own,
         directions::{self, Direction},
         found::{Found, Member, likeliest},
+        held::{self, Held},
         level::{Given, Level},
         quadratic::Quadratic,
         truncated_evidence::{self, Truncated},
@@ -274,6 +275,7 @@ impl Search<'_> {
             members,
             columns: of.columns,
             own: of.own,
+            held: of.held,
             mixtures,
             posterior: of.posterior,
         }
@@ -336,12 +338,12 @@ impl Search<'_> {
 
     /// The likelihood of all columns beside a found set's uncertain numbers and values of each trial's own.
     fn given(&self, set: &Found) -> Option<Arc<Given>> {
-        if set.own.is_empty() {
+        if set.own.is_empty() && set.held.is_empty() {
             return self.level.given(&set.set);
         }
         let all: Vec<usize> = (0..self.choices.columns.len()).collect();
-        let given = self.level.given_own(&set.set, &set.own, &all)?;
-        Some(Arc::new(given))
+        let beside = (&set.own, &set.held);
+        Some(Arc::new(self.level.given_own(&set.set, beside, &all)?))
     }
 
     /// Columns that the scale mixture touches.
@@ -371,7 +373,7 @@ impl Search<'_> {
         let mut members = kept(from, out.as_slice());
         members.extend(added.map(|candidate| (self.untried(candidate), 0.0)));
         // What takes the place of one that left may be of any size.
-        self.ascend(members, |candidate| {
+        self.ascend(members, &from.held, |candidate| {
             out.is_some() || Some(candidate) == added
         })
         .filter(|found| self.is_resolved(found))
@@ -380,7 +382,7 @@ impl Search<'_> {
     /// A found set, over all scales and choices of each member in turn.
     fn polished(&self, found: &Found) -> Option<Found> {
         let members = found.members.iter().map(|of| (*of, 0.0)).collect();
-        self.ascend(members, |_| true)
+        self.ascend(members, &found.held, |_| true)
             .filter(|found| self.is_resolved(found))
     }
 
@@ -430,26 +432,32 @@ impl Search<'_> {
     /// The set of all candidates of the point.
     pub(crate) fn whole(&self, candidates: &[usize]) -> Option<Found> {
         let members = candidates.iter().map(|of| (self.untried(*of), 0.0));
-        self.ascend(members.collect(), |_| true)
+        self.ascend(members.collect(), &Held::new(), |_| true)
     }
 
     /// The likeliest choices and scales of some members, one member after the other; values of each trial's own for those that
     /// have them, and where they are likelier to first order than a common one.
-    fn ascend(&self, members: Vec<(Member, f64)>, varied: impl Fn(usize) -> bool) -> Option<Found> {
+    fn ascend(
+        &self,
+        members: Vec<(Member, f64)>,
+        held: &Held,
+        varied: impl Fn(usize) -> bool,
+    ) -> Option<Found> {
         let own = members.iter().filter(|(of, _)| of.3.is_some());
         let own: Vec<usize> = own.map(|(of, _)| of.0).collect();
-        let found = self.climb(members, &varied, &own)?;
+        let found = self.climb(members, held, &varied, &own)?;
         let mut differing = self.differing(&found, &varied);
         if differing.is_empty() {
             return Some(found);
         }
         differing.extend(own);
-        self.climb(kept(&found, &[]), &varied, &differing)
+        self.climb(kept(&found, &[]), &found.held, &varied, &differing)
     }
 
     fn climb(
         &self,
         mut members: Vec<(Member, f64)>,
+        held: &Held,
         varied: &impl Fn(usize) -> bool,
         differing: &[usize],
     ) -> Option<Found> {
@@ -457,7 +465,7 @@ impl Search<'_> {
         let plain = |members: &[(Member, f64)]| -> Vec<Member> {
             members.iter().map(|(of, _)| *of).collect()
         };
-        let mut best = self.evaluate(&plain(&members));
+        let mut best = self.evaluate(&plain(&members), held);
         for at in 0..members.len() {
             let candidate = members[at].0.0;
             if !varied(candidate) {
@@ -465,10 +473,11 @@ impl Search<'_> {
             }
             let mut logs = Vec::new();
             let mut likeliest = f64::NEG_INFINITY;
+            let held = best.as_ref().map_or(held, |of| &of.held).clone();
             for (way, log_share) in self.ways(candidate, differing.contains(&candidate)) {
                 let mut tried = plain(&members);
                 tried[at] = way;
-                let Some(found) = self.evaluate(&tried) else {
+                let Some(found) = self.evaluate(&tried, &held) else {
                     continue;
                 };
                 let log = found.log_likelihood() + log_share;
@@ -496,17 +505,18 @@ impl Search<'_> {
 
     /// A found set without some of its candidates, choices and scales as they were found.
     pub(crate) fn without(&self, found: &Found, out: &[usize]) -> Option<Found> {
-        self.ascend(kept(found, out), |_| false)
+        self.ascend(kept(found, out), &found.held, |_| false)
     }
 
     /// A found set on this level's likelihood, its choices and scales as they were found.
     pub(crate) fn again(&self, found: &Found) -> Option<Found> {
         let (members, mixtures) = (found.members.clone(), found.mixtures.clone());
-        let evaluated = self.evaluate(&members)?;
+        let evaluated = self.evaluate(&members, &found.held)?;
         Some(self.found(members, mixtures, evaluated))
     }
 
-    fn evaluate(&self, members: &[Member]) -> Option<Evaluated> {
+    /// The members' likelihood and posterior; `held`: what stands beside them and is likely to be at a bound.
+    fn evaluate(&self, members: &[Member], held: &Held) -> Option<Evaluated> {
         let mut columns = Vec::new();
         let mut own_columns = Own::new();
         let mut sds = Vec::new();
@@ -525,13 +535,27 @@ impl Search<'_> {
             bounds.extend(within);
         }
         let set: Vec<usize> = members.iter().map(|of| of.0).collect();
-        let given = self.level.given_own(&set, &own_columns, &columns)?;
-        let (of, sd) = (given.quadratic, DVector::from_vec(sds));
-        let posterior = truncated_evidence::evidence(&of.a, &of.b, &sd, &bounds)?;
+        let sd = DVector::from_vec(sds);
+        let precision: Vec<f64> = sd.iter().map(|sd| sd.powi(-2)).collect();
+        let beside = held::Beside {
+            set: &set,
+            own: &own_columns,
+            columns: &columns,
+            precision: &precision,
+            most: self.choices.options().largest_shift,
+        };
+        let mut held = held.clone();
+        let (given, posterior, cut) = held::bounded(self.level, &beside, &mut held, |given| {
+            let of = &given.quadratic;
+            let posterior = truncated_evidence::evidence(&of.a, &of.b, &sd, &bounds)?;
+            let mean = posterior.mean.clone();
+            Some((posterior, mean))
+        })?;
         Some(Evaluated {
             columns,
             own: own_columns,
-            empty: given.empty,
+            held,
+            empty: given.empty + cut,
             posterior,
         })
     }
@@ -541,6 +565,7 @@ impl Search<'_> {
 struct Evaluated {
     columns: Vec<usize>,
     own: Own,
+    held: Held,
     /// Log likelihood where all of its columns are zero.
     empty: f64,
     posterior: Truncated,

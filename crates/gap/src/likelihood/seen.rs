@@ -167,6 +167,7 @@ mod tests {
             members: Vec::new(),
             columns: Vec::new(),
             own: Default::default(),
+            held: Default::default(),
             mixtures: Vec::new(),
             posterior: Truncated {
                 log_evidence: 0.0,

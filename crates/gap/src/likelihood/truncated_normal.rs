@@ -31,7 +31,7 @@ pub(crate) fn cdf(x: f64) -> f64 {
 }
 
 /// Logarithm of [`cdf`], exact in the tail too.
-fn log_cdf(x: f64) -> f64 {
+pub(crate) fn log_cdf(x: f64) -> f64 {
     /// Below, the asymptotic series is better than the complementary error function.
     const TAIL: f64 = -10.0;
     if x > TAIL {
