@@ -3,8 +3,9 @@
 //! Far from the point of a sweep first order misleads. So a set counts as it is about itself, once the point has been there;
 //! and the point only goes where the set is likelier there than the best so far.
 //!
-//! The first and the last look are along all candidates. Those between are along the ones that stood in a set near the best of
-//! a look: the cost of a sweep grows with the square of the directions, and most candidates never come near.
+//! The first and the last look are along all candidates, and so is the one from the best set that no more effects improve, before its
+//! rivals are looked at. Those between are along the ones that stood in a set near the best of a look: the cost of a sweep grows with
+//! the square of the directions, and most candidates never come near.
 
 use std::collections::BTreeSet;
 
@@ -56,17 +57,18 @@ pub fn explain<'p>(
         best.correct(&seen);
         let step = expected.take().or_else(|| best.promising(problem));
         let is_rival = step.is_none();
+        // Rivals of what a few more effects would leave far behind are not worth a look.
+        if is_rival && !best.is_whole {
+            best = best.along_all(problem, &mut working, none)?;
+            seen.keep(&best.found);
+            continue;
+        }
         let rival = || {
             let unseen = best.rival(&seen).or_else(|| best.part(&seen));
             unseen.or_else(|| best.lagging(&seen))
         };
         let Some(next) = step.or_else(rival) else {
-            if best.is_whole {
-                break;
-            }
-            best = best.along_all(problem, &mut working, none)?;
-            seen.keep(&best.found);
-            continue;
+            break;
         };
         seen.go(best.point.set(), &next.set);
         let before = working.clone();
