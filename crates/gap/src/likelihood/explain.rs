@@ -3,8 +3,8 @@
 //! Far from the point of a sweep first order misleads. So a set counts as it is about itself, once the point has been there;
 //! and the point only goes where the set is likelier there than the best so far.
 //!
-//! The first and the last look are along all candidates, and so is the one from the best set that no more effects improve, before its
-//! rivals are looked at. Those between are along the ones that stood in a set near the best of a look: the cost of a sweep grows with
+//! The first and the last look are along all candidates, and so is the one from a best set that
+//! others do not improve. Those between are along the ones that stood in a set near the best of a look: the cost of a sweep grows with
 //! the square of the directions, and most candidates never come near.
 
 use std::collections::BTreeSet;
@@ -51,16 +51,18 @@ pub fn explain<'p>(
     seen.learn(&[], alone.as_ref().map_or(best.own(), |of| of.1));
     seen.keep(&best.found);
     let mut expected = best.expected();
+    let mut failed = false;
     let rounds = problem.settings.options.likelihood.rounds;
     for round in 0..rounds {
         (watch.tell)("weighing sets of effects", round, rounds);
         best.correct(&seen);
         let step = expected.take().or_else(|| best.promising(problem));
         let is_rival = step.is_none();
-        // Rivals of what a few more effects would leave far behind are not worth a look.
-        if is_rival && !best.is_whole {
+        // Where few candidates lead no further, one that was left out may.
+        if (is_rival || failed) && !best.is_whole {
             best = best.along_all(problem, &mut working, none)?;
             seen.keep(&best.found);
+            failed = false;
             continue;
         }
         let rival = || {
@@ -99,6 +101,7 @@ pub fn explain<'p>(
         };
         seen.learn(&next.set, own);
         let is_better = is_same || own > leader;
+        failed |= !is_better;
         match there.filter(|_| is_better) {
             Some(there) => best = there,
             None => {

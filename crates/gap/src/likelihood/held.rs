@@ -4,7 +4,7 @@
 //! everything else is fitted beside it there: values fitted beside a number that is farther off, which is then cut, explain nothing
 //! together, and the numbers that are free would make up for it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::DVector;
 
@@ -17,9 +17,6 @@ use crate::likelihood::{
 
 /// Values of what is held, by place among all parameters.
 pub(crate) type Held = BTreeMap<usize, f64>;
-
-/// Changes of what is held, at most: each takes one more or lets one go.
-const CHANGES: usize = 40;
 
 /// Known values of what stands beside a set, and of so many columns, which are not known.
 pub(super) fn known(held: &Held, beside: &[usize], columns: usize) -> Vec<Option<f64>> {
@@ -55,7 +52,9 @@ pub(super) fn bounded<T>(
     held: &mut Held,
     fit: impl Fn(&Given) -> Option<(T, DVector<f64>)>,
 ) -> Option<(Given, T, f64)> {
-    for _ in 0..CHANGES {
+    // Each is let go once at most, so that this comes to an end.
+    let mut let_go = BTreeSet::new();
+    loop {
         let given = level.given_own(of.set, (of.own, held), of.columns)?;
         let (found, rest) = fit(&given)?;
         if let Some((place, bound)) = beyond(&given, &rest, of.most) {
@@ -66,8 +65,8 @@ pub(super) fn bounded<T>(
             return Some((given, found, 0.0));
         }
         let slopes = slopes(level, of, held, (&given, &rest))?;
-        let inward = slopes.iter().find(|of| of.outward < 0.0);
-        match inward {
+        let mut inward = slopes.iter().filter(|of| of.outward < 0.0);
+        match inward.find(|of| let_go.insert(of.place)) {
             Some(slope) => held.remove(&slope.place),
             None => {
                 let cut = slopes.iter().map(Slope::cut).sum();
@@ -75,7 +74,6 @@ pub(super) fn bounded<T>(
             }
         };
     }
-    None
 }
 
 /// Log likelihood and prior about a value that is held.
