@@ -4,7 +4,7 @@
 //! everything else is fitted beside it there: values fitted beside a number that is farther off, which is then cut, explain nothing
 //! together, and the numbers that are free would make up for it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use nalgebra::DVector;
 
@@ -18,132 +18,139 @@ use crate::likelihood::{
 /// Values of what is held, by place among all parameters.
 pub(crate) type Held = BTreeMap<usize, f64>;
 
-/// Known values of what stands beside a set, and of so many columns, which are not known.
-pub(super) fn known(held: &Held, beside: &[usize], columns: usize) -> Vec<Option<f64>> {
-    let beside = beside.iter().map(|of| held.get(of).copied());
-    beside.chain(std::iter::repeat_n(None, columns)).collect()
-}
+/// Rounding of a value and of a slope.
+const ROUNDING: f64 = 1e-9;
 
-/// The one that lies farthest beyond `most`, if any, beside some values of the rest, at its bound.
-fn beyond(given: &Given, rest: &DVector<f64>, most: f64) -> Option<(usize, f64)> {
-    let values = given.beside_values(rest);
-    let values = given.beside.iter().zip(values.iter());
-    let beyond = values.filter(|(_, value)| value.abs() > most + 1e-9);
-    let worst = beyond.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-    Some((*worst.0, most.copysign(*worst.1)))
-}
-
-/// A set's columns and what stands beside them, as `fit` finds them.
+/// A set's columns, and the bound of what stands beside them.
 pub(super) struct Beside<'s> {
     pub(super) set: &'s [usize],
     pub(super) own: &'s Own,
     pub(super) columns: &'s [usize],
     /// Precision of the columns' priors.
     pub(super) precision: &'s [f64],
-    /// Bound of uncertain numbers and errors of form.
+    /// Largest uncertain number or error of form.
     pub(super) most: f64,
 }
 
-/// A set's likelihood with what is beyond its bound held there, what `fit` makes of it, and the log of what the cut priors leave of
-/// the likelihood beside the values held. Begins with what is held already.
+/// A set's likelihood with what would be beyond its bound `held` there, what `fit` makes of it, and the log of what the cut priors
+/// leave of the likelihood beside the values held. Begins with what is held already.
+///
+/// The dual method for quadratic programs, one bound at a time (D. Goldfarb and A. Idnani, Math. Program. 27, 1983): what would rather
+/// lie within its bounds is let go before the next one is held.
 pub(super) fn bounded<T>(
     level: &Level,
     of: &Beside<'_>,
     held: &mut Held,
     fit: impl Fn(&Given) -> Option<(T, DVector<f64>)>,
 ) -> Option<(Given, T, f64)> {
-    // Each is let go once at most, so that this comes to an end.
-    let mut let_go = BTreeSet::new();
-    loop {
-        let given = level.given_own(of.set, (of.own, held), of.columns)?;
+    if held.is_empty() {
+        let given = level.given_own(of.set, of.own, of.columns)?;
         let (found, rest) = fit(&given)?;
-        if let Some((place, bound)) = beyond(&given, &rest, of.most) {
-            held.insert(place, bound);
-            continue;
-        }
-        if held.is_empty() {
-            return Some((given, found, 0.0));
-        }
-        let slopes = slopes(level, of, held, (&given, &rest))?;
-        let mut inward = slopes.iter().filter(|of| of.outward < 0.0);
-        match inward.find(|of| let_go.insert(of.place)) {
-            Some(slope) => held.remove(&slope.place),
-            None => {
-                let cut = slopes.iter().map(Slope::cut).sum();
-                return Some((given, found, cut));
-            }
+        match beyond(&given, &rest, of.most) {
+            None => return Some((given, found, 0.0)),
+            Some((place, bound)) => held.insert(place, bound),
         };
     }
-}
-
-/// Log likelihood and prior about a value that is held.
-struct Slope {
-    place: usize,
-    /// Slope out of the bounds.
-    outward: f64,
-    /// Curvature, all but what is held fitted.
-    curvature: f64,
-}
-
-impl Slope {
-    /// Log of the integral over the value within its bound, over the density at it.
-    fn cut(&self) -> f64 {
-        let root = self.curvature.sqrt();
-        let x = self.outward / root;
-        0.5 * x * x + log_cdf(-x) - root.ln()
-    }
-}
-
-fn slopes(
-    level: &Level,
-    of: &Beside<'_>,
-    held: &Held,
-    (given, rest): (&Given, &DVector<f64>),
-) -> Option<Vec<Slope>> {
-    let beside = level.beside(of.set);
-    let (mut joint, _): (Quadratic, f64) = level.joint(&beside, of.own, of.columns)?;
-    let free = given.beside_values(rest);
-    let free: BTreeMap<usize, f64> = given
-        .beside
-        .iter()
-        .copied()
-        .zip(free.iter().copied())
-        .collect();
-    let of_beside = beside
-        .iter()
-        .map(|of| held.get(of).or(free.get(of)).copied());
-    let of_beside: Vec<f64> = of_beside.map(Option::unwrap_or_default).collect();
-    let z = DVector::from_iterator(
-        joint.b.len(),
-        of_beside.into_iter().chain(rest.iter().copied()),
-    );
-    let precisions = std::iter::repeat_n(1.0, beside.len()).chain(of.precision.iter().copied());
-    for (axis, precision) in precisions.enumerate() {
-        joint.a[(axis, axis)] += precision;
-    }
-    let places: Vec<usize> = (0..beside.len())
-        .filter(|at| held.contains_key(&beside[*at]))
-        .collect();
-    let others: Vec<usize> = (0..joint.b.len())
-        .filter(|at| !places.contains(at))
-        .collect();
-    let factor = joint.select(&others).a.cholesky()?;
-    let slope = &joint.b - &joint.a * &z;
-    let each = places.into_iter().map(|at| {
-        let across = joint.a.column(at).select_rows(&others);
-        Slope {
-            place: beside[at],
-            outward: slope[at] * z[at].signum(),
-            curvature: joint.a[(at, at)] - across.dot(&factor.solve(&across)),
+    let places = level.beside(of.set);
+    let (joint, half) = level.joint(&places, of.own, of.columns)?;
+    // Ends long before: each step raises the least misfit that the bounds allow.
+    let mut steps = 4 * places.len();
+    loop {
+        steps -= 1;
+        let given = Given::beside(&joint, half, (&places, held))?;
+        let (found, rest) = fit(&given)?;
+        let z = values(&places, held, &given, &rest);
+        let slope = slope(&joint, &z, places.len());
+        let outward = |at: usize| slope[at] * z[at].signum();
+        let at_bound = (0..places.len()).filter(|at| held.contains_key(&places[*at]));
+        let inward = at_bound.clone().filter(|at| outward(*at) < -ROUNDING);
+        let eager = inward.min_by(|a, b| outward(*a).total_cmp(&outward(*b)));
+        match (eager, beyond(&given, &rest, of.most)) {
+            (Some(at), _) if steps > 0 => {
+                held.remove(&places[at]);
+            }
+            (None, Some((place, bound))) if steps > 0 => {
+                held.insert(place, bound);
+            }
+            _ => {
+                let at_bound: Vec<usize> = at_bound.collect();
+                let curvatures = curvatures(&joint, &at_bound, places.len(), of.precision)?;
+                let cut = at_bound.iter().zip(curvatures);
+                let cut = cut
+                    .map(|(at, curvature)| cut_at(outward(*at), curvature))
+                    .sum();
+                return Some((given, found, cut));
+            }
         }
-    });
-    Some(each.collect())
+    }
+}
+
+/// The one that lies farthest beyond `most`, if any, beside some values of the rest, at its bound.
+fn beyond(given: &Given, rest: &DVector<f64>, most: f64) -> Option<(usize, f64)> {
+    let values = given.beside_values(rest);
+    let values = given.beside.iter().zip(values.iter());
+    let beyond = values.filter(|(_, value)| value.abs() > most + ROUNDING);
+    let worst = beyond.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    Some((*worst.0, most.copysign(*worst.1)))
+}
+
+/// Values of all that stands beside a set, then of the rest.
+fn values(places: &[usize], held: &Held, given: &Given, rest: &DVector<f64>) -> DVector<f64> {
+    let mut free = given
+        .beside_values(rest)
+        .into_iter()
+        .copied()
+        .collect::<Vec<f64>>()
+        .into_iter();
+    let beside = places
+        .iter()
+        .map(|of| held.get(of).copied().or_else(|| free.next()));
+    let beside: Vec<f64> = beside.map(Option::unwrap_or_default).collect();
+    let all = beside.into_iter().chain(rest.iter().copied());
+    DVector::from_iterator(places.len() + rest.len(), all)
+}
+
+/// Slope of log likelihood and prior along what stands beside a set, the first of the values.
+fn slope(joint: &Quadratic, z: &DVector<f64>, beside: usize) -> DVector<f64> {
+    let slope = &joint.b - &joint.a * z;
+    slope.rows(0, beside) - z.rows(0, beside)
+}
+
+/// Curvature of log likelihood and prior along some values, all others fitted.
+fn curvatures(
+    joint: &Quadratic,
+    places: &[usize],
+    beside: usize,
+    precision: &[f64],
+) -> Option<Vec<f64>> {
+    let mut a = joint.a.clone();
+    let priors = std::iter::repeat_n(1.0, beside).chain(precision.iter().copied());
+    for (axis, precision) in priors.enumerate() {
+        a[(axis, axis)] += precision;
+    }
+    let others: Vec<usize> = (0..a.nrows()).filter(|at| !places.contains(at)).collect();
+    let factor = a.select_columns(&others).select_rows(&others).cholesky()?;
+    let of = |at: &usize| {
+        let across = a.column(*at).select_rows(&others);
+        a[(*at, *at)] - across.dot(&factor.solve(&across))
+    };
+    Some(places.iter().map(of).collect())
+}
+
+/// Log of the integral of likelihood and prior over a value within its bound, over the likelihood times exp(-z^2 / 2) at the bound;
+/// `outward`: slope out of the bounds.
+fn cut_at(outward: f64, curvature: f64) -> f64 {
+    let root = curvature.sqrt();
+    let x = outward.max(0.0) / root;
+    0.5 * x * x + log_cdf(-x) - root.ln()
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
     use nalgebra::DMatrix;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
 
     use super::*;
     use crate::likelihood::{
@@ -154,6 +161,7 @@ mod tests {
         truncated_evidence::{Truncated, evidence},
         truncated_normal::Bounds,
     };
+    use crate::statistics::standard_normal;
 
     /// Prior of the one column.
     const SD: f64 = 0.8;
@@ -163,9 +171,14 @@ mod tests {
         let column = [0.5, -0.4, 1.2];
         let all: Vec<[f64; 3]> = [&[residual], numbers, &[column]].concat();
         let of = DMatrix::from_fn(3, all.len(), |row, column| all[column][row]);
+        level_of(&of, numbers.len())
+    }
+
+    /// A level from a residual, changes with so many numbers, and with one column.
+    fn level_of(of: &DMatrix<f64>, numbers: usize) -> Level {
         let trial = Filtered {
             trial: 0,
-            gram: of.tr_mul(&of),
+            gram: of.tr_mul(of),
             half_log_determinant: 0.0,
             deviations: Deviations::default(),
         };
@@ -175,7 +188,7 @@ mod tests {
             slow_drift: 0.0,
         };
         let beside = form_error::Beside {
-            numbers: numbers.len(),
+            numbers,
             forms: Vec::new(),
         };
         Level::new(0, sizes, true, vec![trial], &beside).unwrap()
@@ -266,5 +279,41 @@ mod tests {
         let (again, _, other) = found(&far, Held::from([(0, -5.0)]));
         assert_eq!(held, other);
         assert!((alone - again).abs() < 1e-9 && !held.is_empty());
+    }
+
+    /// Many numbers that pull at each other: what is free lies within its bounds, what is held would go beyond.
+    #[test]
+    fn what_is_held_would_go_beyond() {
+        let mut rng = ChaCha8Rng::seed_from_u64(8);
+        let mut all_held = 0;
+        for _ in 0..200 {
+            let numbers = 12;
+            let shared = DVector::from_fn(20, |_, _| standard_normal(&mut rng));
+            let of = DMatrix::from_fn(20, 2 + numbers, |row, column| match column {
+                0 => 60.0 * standard_normal(&mut rng),
+                _ => standard_normal(&mut rng) + 3.0 * shared[row],
+            });
+            let level = level_of(&of, numbers);
+            let (.., held) = found(&level, Held::new());
+            let places: Vec<usize> = (0..numbers).collect();
+            let given = level.given_held(&[0], (&Vec::new(), &held), &[0]).unwrap();
+            let sd = DVector::from_element(1, SD);
+            let quadratic = &given.quadratic;
+            let rest = evidence(&quadratic.a, &quadratic.b, &sd, &[Bounds::FREE])
+                .unwrap()
+                .mean;
+            assert!(beyond(&given, &rest, 5.0).is_none());
+            let z = values(&places, &held, &given, &rest);
+            let (joint, _) = level.joint(&places, &Vec::new(), &[0]).unwrap();
+            let slope = slope(&joint, &z, numbers);
+            for at in places {
+                match held.get(&at) {
+                    Some(bound) => assert!(slope[at] * bound.signum() > -1e-6, "{slope}"),
+                    None => assert!(slope[at].abs() < 1e-6, "{slope}"),
+                }
+            }
+            all_held += held.len();
+        }
+        assert!(all_held > 200, "{all_held}");
     }
 }

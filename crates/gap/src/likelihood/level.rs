@@ -15,7 +15,7 @@ use crate::{
         filter::Filtered,
         form_error::Beside,
         found::Found,
-        held::{self, Held},
+        held::Held,
         quadratic::{Marginal, Quadratic},
         truncated_normal::Bounds,
     },
@@ -68,6 +68,21 @@ pub(crate) struct Given {
 }
 
 impl Given {
+    /// From the likelihood of what stands beside a set, some of it held, then of the rest, and half its log determinant.
+    pub(super) fn beside(
+        joint: &Quadratic,
+        half: f64,
+        (beside, held): (&[usize], &Held),
+    ) -> Option<Self> {
+        let rest = joint.b.len() - beside.len();
+        let known = beside.iter().map(|of| held.get(of).copied());
+        let known: Vec<Option<f64>> = known.chain(std::iter::repeat_n(None, rest)).collect();
+        let free = beside.iter().copied().filter(|of| !held.contains_key(of));
+        let free: Vec<usize> = free.collect();
+        let of = joint.with_known(&known).marginal(free.len())?;
+        Some(Self::new(free, of, half))
+    }
+
     fn new(beside: Vec<usize>, of: Marginal, half: f64) -> Self {
         Self {
             empty: -0.5 * of.rest.q - half - of.half_log_determinant,
@@ -189,23 +204,24 @@ impl Level {
     }
 
     /// The likelihood of some columns for sets that hold the same of the point's candidates as `set`, where some have a value
-    /// of each trial's own, and some of what stands beside the set is `held`. `None` where it is not positive.
-    pub(crate) fn given_own(
+    /// of each trial's own. `None` where it is not positive.
+    pub(crate) fn given_own(&self, set: &[usize], own: &Own, columns: &[usize]) -> Option<Given> {
+        if own.is_empty() {
+            return Some(self.given(set)?.select(columns));
+        }
+        self.given_held(set, (own, &Held::new()), columns)
+    }
+
+    /// The same where some of what stands beside the set is held.
+    pub(crate) fn given_held(
         &self,
         set: &[usize],
         (own, held): (&Own, &Held),
         columns: &[usize],
     ) -> Option<Given> {
-        if own.is_empty() && held.is_empty() {
-            return Some(self.given(set)?.select(columns));
-        }
         let beside = self.beside(set);
         let (joint, half) = self.joint(&beside, own, columns)?;
-        let joint = joint.with_known(&held::known(held, &beside, columns.len()));
-        let free = beside.into_iter().filter(|of| !held.contains_key(of));
-        let free: Vec<usize> = free.collect();
-        let of = joint.marginal(free.len())?;
-        Some(Given::new(free, of, half))
+        Given::beside(&joint, half, (&beside, held))
     }
 
     /// The likelihood of what stands beside a set, then of some of its columns, and half its log determinant.
@@ -289,7 +305,7 @@ impl Level {
             return None;
         }
         let all: Vec<usize> = (0..self.whole.b.len() - self.columns.len()).collect();
-        let given = self.given_own(&found.set, (&found.own, &found.held), &all)?;
+        let given = self.given_held(&found.set, (&found.own, &found.held), &all)?;
         let posterior = &found.posterior;
         Some(Simulator {
             place: (self.number, self.sizes, self.is_searched),

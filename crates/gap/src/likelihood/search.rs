@@ -343,7 +343,7 @@ impl Search<'_> {
         }
         let all: Vec<usize> = (0..self.choices.columns.len()).collect();
         let beside = (&set.own, &set.held);
-        Some(Arc::new(self.level.given_own(&set.set, beside, &all)?))
+        Some(Arc::new(self.level.given_held(&set.set, beside, &all)?))
     }
 
     /// Columns that the scale mixture touches.

@@ -35,9 +35,7 @@ fn an_error_of_form_of_another_size_reaches_every_trial() {
     let before = level.given(&[0]).unwrap().empty;
     let scaled = level.with_form(0, 0, 3.0);
     let whole = scaled.given(&[0]).unwrap();
-    let by_trial = scaled
-        .given_own(&[0], (&vec![(0, 1e-9)], &Held::new()), &[0])
-        .unwrap();
+    let by_trial = scaled.given_own(&[0], &vec![(0, 1e-9)], &[0]).unwrap();
     assert!((whole.empty - before).abs() > 1e-2, "{before}");
     assert!((whole.empty - by_trial.empty).abs() < 1e-9);
     assert!((&whole.quadratic.a - &by_trial.quadratic.a).amax() < 1e-9);
