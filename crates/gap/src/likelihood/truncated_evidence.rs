@@ -99,10 +99,19 @@ pub(crate) fn evidence(
     let log_determinant: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
     let log_evidence =
         0.5 * shift.dot(&mean) - log_determinant + prior + site_scale.iter().sum::<f64>();
-    let is_finite = log_evidence.is_finite() && mean.iter().all(|value| value.is_finite());
-    is_finite.then(|| Truncated {
+    let covariance = factor.inverse();
+    // The mean of what is cut lies within the bounds: else nothing was found.
+    let is_within = |axis: &usize| {
+        let slack = covariance[(*axis, *axis)].sqrt();
+        let Bounds { lower, upper } = bounds[*axis];
+        (lower - slack..=upper + slack).contains(&mean[*axis])
+    };
+    let is_found = log_evidence.is_finite()
+        && mean.iter().all(|value| value.is_finite())
+        && bounded.iter().all(is_within);
+    is_found.then_some(Truncated {
         log_evidence,
-        covariance: factor.inverse(),
+        covariance,
         mean,
     })
 }
