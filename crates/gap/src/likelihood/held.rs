@@ -43,6 +43,9 @@ pub(super) fn bounded<T>(
     held: &mut Held,
     fit: impl Fn(&Given) -> Option<(T, DVector<f64>)>,
 ) -> Option<(Given, T, f64)> {
+    let places = level.beside(of.set);
+    // Errors of form go with the members of a set.
+    held.retain(|of, _| places.contains(of));
     if held.is_empty() {
         let given = level.given_own(of.set, of.own, of.columns)?;
         let (found, rest) = fit(&given)?;
@@ -51,7 +54,6 @@ pub(super) fn bounded<T>(
             Some((place, bound)) => held.insert(place, bound),
         };
     }
-    let places = level.beside(of.set);
     let (joint, half) = level.joint(&places, of.own, of.columns)?;
     // Ends long before: each step raises the least misfit that the bounds allow.
     let mut steps = 4 * places.len();
@@ -96,12 +98,8 @@ fn beyond(given: &Given, rest: &DVector<f64>, most: f64) -> Option<(usize, f64)>
 
 /// Values of all that stands beside a set, then of the rest.
 fn values(places: &[usize], held: &Held, given: &Given, rest: &DVector<f64>) -> DVector<f64> {
-    let mut free = given
-        .beside_values(rest)
-        .into_iter()
-        .copied()
-        .collect::<Vec<f64>>()
-        .into_iter();
+    let free = given.beside_values(rest);
+    let mut free = free.iter().copied();
     let beside = places
         .iter()
         .map(|of| held.get(of).copied().or_else(|| free.next()));
@@ -140,7 +138,8 @@ fn curvatures(
 /// Log of the integral of likelihood and prior over a value within its bound, over the likelihood times exp(-z^2 / 2) at the bound;
 /// `outward`: slope out of the bounds.
 fn cut_at(outward: f64, curvature: f64) -> f64 {
-    let root = curvature.sqrt();
+    // The prior's own is one.
+    let root = curvature.max(1.0).sqrt();
     let x = outward.max(0.0) / root;
     0.5 * x * x + log_cdf(-x) - root.ln()
 }
