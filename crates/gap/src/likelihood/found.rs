@@ -1,9 +1,16 @@
 //! A set of effects at one level of disturbances, with its likelihood and posterior.
 
-use crate::likelihood::{by_trial::Own, held::Held, truncated_evidence::Truncated};
+use std::collections::BTreeMap;
+
+use nalgebra::DMatrix;
+
+use crate::likelihood::{by_trial::Own, quadratic::Quadratic, truncated_evidence::Truncated};
 
 /// A member of a set: candidate, choice, scale, and where every trial has a value of its own, which of the sizes.
 pub(crate) type Member = (usize, usize, usize, Option<usize>);
+
+/// Values of what stands beside a set and is at a bound of its prior, by place among all parameters.
+pub(crate) type Held = BTreeMap<usize, f64>;
 
 /// A set at one level.
 #[derive(Clone, Debug)]
@@ -37,5 +44,25 @@ impl Found {
     /// True for the same set at the same level.
     pub(crate) fn is(&self, other: &Self) -> bool {
         self.level == other.level && self.set == other.set
+    }
+
+    /// Members with their mixtures, some candidates left out.
+    pub(super) fn kept(&self, out: &[usize]) -> Vec<(Member, f64)> {
+        let members = self.members.iter().copied();
+        members
+            .zip(self.mixtures.iter().copied())
+            .filter(|(of, _)| !out.contains(&of.0))
+            .collect()
+    }
+
+    /// The quadratic in some columns with the set's parameters integrated out, its bounds as soft as they were found.
+    pub(super) fn conditional(&self, all: &Quadratic, columns: &[usize]) -> Quadratic {
+        let mut of = all.select(columns);
+        let across = DMatrix::from_fn(self.columns.len(), columns.len(), |row, column| {
+            all.a[(self.columns[row], columns[column])]
+        });
+        of.a -= across.tr_mul(&(&self.posterior.covariance * &across));
+        of.b -= across.tr_mul(&self.posterior.mean);
+        of
     }
 }

@@ -4,19 +4,12 @@
 //! everything else is fitted beside it there: values fitted beside a number that is farther off, which is then cut, explain nothing
 //! together, and the numbers that are free would make up for it.
 
-use std::collections::BTreeMap;
-
 use nalgebra::DVector;
 
 use crate::likelihood::{
-    by_trial::Own,
-    level::{Given, Level},
-    quadratic::Quadratic,
+    by_trial::Own, found::Held, given::Given, level::Level, quadratic::Quadratic,
     truncated_normal::log_cdf,
 };
-
-/// Values of what is held, by place among all parameters.
-pub(crate) type Held = BTreeMap<usize, f64>;
 
 /// Rounding of a value and of a slope.
 const ROUNDING: f64 = 1e-9;

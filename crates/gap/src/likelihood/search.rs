@@ -6,16 +6,17 @@ use std::{
 };
 
 use hydro_effects::{Id, effect};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 use crate::{
     likelihood::{
         by_trial::Own,
         directions::{self, Direction},
-        found::{Found, Member, likeliest},
-        held::{self, Held},
-        level::{Given, Level},
+        found::{Found, Held, Member, likeliest},
+        given::Given,
+        held,
+        level::Level,
         quadratic::Quadratic,
         truncated_evidence::{self, Truncated},
         truncated_normal::Bounds,
@@ -293,7 +294,7 @@ impl Search<'_> {
             .filter_map(|candidate| {
                 let choices = self.choices.of[&candidate].iter();
                 let quadratics: Vec<Quadratic> = choices
-                    .map(|columns| conditional(&given.quadratic, set, columns))
+                    .map(|columns| set.conditional(&given.quadratic, columns))
                     .collect();
                 // An effect that leaves no trace in the data is not told from none.
                 let leaves_trace =
@@ -370,7 +371,7 @@ impl Search<'_> {
 
     /// A set evaluated in full, from a set with a candidate added, over all its scales and choices, or one taken out.
     fn full(&self, from: &Found, added: Option<usize>, out: Option<usize>) -> Option<Found> {
-        let mut members = kept(from, out.as_slice());
+        let mut members = from.kept(out.as_slice());
         members.extend(added.map(|candidate| (self.untried(candidate), 0.0)));
         // What takes the place of one that left may be of any size.
         self.ascend(members, &from.held, |candidate| {
@@ -451,7 +452,7 @@ impl Search<'_> {
             return Some(found);
         }
         differing.extend(own);
-        self.climb(kept(&found, &[]), &found.held, &varied, &differing)
+        self.climb(found.kept(&[]), &found.held, &varied, &differing)
     }
 
     fn climb(
@@ -505,7 +506,7 @@ impl Search<'_> {
 
     /// A found set without some of its candidates, choices and scales as they were found.
     pub(crate) fn without(&self, found: &Found, out: &[usize]) -> Option<Found> {
-        self.ascend(kept(found, out), &found.held, |_| false)
+        self.ascend(found.kept(out), &found.held, |_| false)
     }
 
     /// A found set on this level's likelihood, its choices and scales as they were found.
@@ -575,26 +576,6 @@ impl Evaluated {
     fn log_likelihood(&self) -> f64 {
         self.empty + self.posterior.log_evidence
     }
-}
-
-/// The quadratic in some columns with a set's parameters integrated out, its bounds as soft as they were found.
-fn conditional(all: &Quadratic, set: &Found, columns: &[usize]) -> Quadratic {
-    let mut of = all.select(columns);
-    let across = DMatrix::from_fn(set.columns.len(), columns.len(), |row, column| {
-        all.a[(set.columns[row], columns[column])]
-    });
-    of.a -= across.tr_mul(&(&set.posterior.covariance * &across));
-    of.b -= across.tr_mul(&set.posterior.mean);
-    of
-}
-
-/// Members of a set with their mixtures, some candidates left out.
-fn kept(found: &Found, out: &[usize]) -> Vec<(Member, f64)> {
-    let members = found.members.iter().copied();
-    members
-        .zip(found.mixtures.iter().copied())
-        .filter(|(of, _)| !out.contains(&of.0))
-        .collect()
 }
 
 /// A set with a candidate more, ascending.
