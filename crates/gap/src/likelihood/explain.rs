@@ -3,9 +3,9 @@
 //! Far from the point of a sweep first order misleads. So a set counts as it is about itself, once the point has been there;
 //! and the point only goes where the set is likelier there than the best so far.
 //!
-//! The first and the last look are along all candidates, and so is the one from a best set that
-//! others do not improve. Those between are along the ones that stood in a set near the best of a look: the cost of a sweep grows with
-//! the square of the directions, and most candidates never come near.
+//! The first and the last look are along all candidates, and so is the one from a best set that another did not improve. Those between
+//! are along the ones that stood in a set near the best of a look: the cost of a sweep grows with the square of the directions, and most
+//! candidates never come near.
 
 use std::collections::BTreeSet;
 
@@ -101,7 +101,7 @@ pub fn explain<'p>(
         };
         seen.learn(&next.set, own);
         let is_better = is_same || own > leader;
-        failed |= !is_better;
+        failed = !is_better;
         match there.filter(|_| is_better) {
             Some(there) => best = there,
             None => {
@@ -243,7 +243,8 @@ fn look<'p>(
     };
     let levels = swept.levels;
     let choices = Choices::new(problem, &working.point, &directions);
-    let choices = choices.against_none(none.unwrap_or_else(|| without_effects(&levels)));
+    let none = none.unwrap_or_else(|| without_effects(&levels, &choices));
+    let choices = choices.against_none(none);
     let mut look = Look {
         point: working.point.clone(),
         settled: !matches!(how, How::Unsettled),
@@ -259,16 +260,16 @@ fn look<'p>(
 }
 
 /// Log likelihood without effects beside the disturbances that make it likeliest.
-fn without_effects(levels: &[Level]) -> f64 {
+fn without_effects(levels: &[Level], choices: &Choices<'_>) -> f64 {
     let none = levels
         .iter()
-        .filter_map(|level| Some(level.given(&[])?.empty));
+        .filter_map(|level| Some(Search { level, choices }.whole(&[])?.log_likelihood));
     none.fold(f64::NEG_INFINITY, f64::max)
 }
 
 impl<'p> Look<'p> {
     fn without_effects(&self) -> f64 {
-        without_effects(&self.levels)
+        without_effects(&self.levels, &self.choices)
     }
 
     /// Log posterior of the point's own set.

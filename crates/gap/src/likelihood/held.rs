@@ -15,7 +15,7 @@ use crate::likelihood::{
 const ROUNDING: f64 = 1e-9;
 
 /// A set's columns, and the bound of what stands beside them.
-pub(super) struct Beside<'s> {
+pub(super) struct OfSet<'s> {
     pub(super) set: &'s [usize],
     pub(super) own: &'s Own,
     pub(super) columns: &'s [usize],
@@ -28,11 +28,12 @@ pub(super) struct Beside<'s> {
 /// A set's likelihood with what would be beyond its bound `held` there, what `fit` makes of it, and the log of what the cut priors
 /// leave of the likelihood beside the values held. Begins with what is held already.
 ///
-/// The dual method for quadratic programs, one bound at a time (D. Goldfarb and A. Idnani, Math. Program. 27, 1983): what would rather
-/// lie within its bounds is let go before the next one is held.
+/// An active set, one bound at a time, as in the dual method for quadratic programs (D. Goldfarb and A. Idnani, Math. Program. 27,
+/// 1983): what would rather lie within its bounds is let go before the next one is held. What is free is taken to be far within its
+/// bounds, and each value held to be cut by itself.
 pub(super) fn bounded<T>(
     level: &Level,
-    of: &Beside<'_>,
+    of: &OfSet<'_>,
     held: &mut Held,
     fit: impl Fn(&Given) -> Option<(T, DVector<f64>)>,
 ) -> Option<(Given, T, f64)> {
@@ -48,10 +49,10 @@ pub(super) fn bounded<T>(
         };
     }
     let (joint, half) = level.joint(&places, of.own, of.columns)?;
-    // Ends long before: each step raises the least misfit that the bounds allow.
+    // The mean of an effect near its own bound can leave a value neither within nor held: in the end nothing more is let go.
     let mut steps = 4 * places.len();
     loop {
-        steps -= 1;
+        steps = steps.saturating_sub(1);
         let given = Given::beside(&joint, half, (&places, held))?;
         let (found, rest) = fit(&given)?;
         let z = values(&places, held, &given, &rest);
@@ -64,7 +65,7 @@ pub(super) fn bounded<T>(
             (Some(at), _) if steps > 0 => {
                 held.remove(&places[at]);
             }
-            (None, Some((place, bound))) if steps > 0 => {
+            (_, Some((place, bound))) => {
                 held.insert(place, bound);
             }
             _ => {
@@ -189,7 +190,7 @@ mod tests {
     /// Log evidence, mean of the column, and what is held, beginning with `held`.
     fn found(level: &Level, held: Held) -> (f64, f64, Held) {
         let (own, mut held) = (Vec::new(), held);
-        let of = Beside {
+        let of = OfSet {
             set: &[0],
             own: &own,
             columns: &[0],

@@ -52,7 +52,7 @@ impl Quadratic {
         }
     }
 
-    /// Of the parameters that are not known, where some are: theirs, and the priors of these, are counted into the value at zero.
+    /// The quadratic in the parameters that are not known: what the known ones do and their priors go into the value at zero.
     pub(crate) fn with_known(&self, known: &[Option<f64>]) -> Self {
         let z = DVector::from_iterator(known.len(), known.iter().map(|of| of.unwrap_or(0.0)));
         let moved = &self.a * &z;

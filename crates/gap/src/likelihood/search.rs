@@ -313,9 +313,12 @@ impl Search<'_> {
                 for (columns, of) in self.choices.of[candidate].iter().zip(quadratics) {
                     for scale in 0..options.prior_scales.len() {
                         let (sd, bounds) = self.prior(columns, scale);
-                        let evidence = truncated_evidence::evidence(&of.a, &of.b, &sd, &bounds)?;
-                        logs.push(evidence.log_evidence);
+                        let evidence = truncated_evidence::evidence(&of.a, &of.b, &sd, &bounds);
+                        logs.extend(evidence.map(|of| of.log_evidence));
                     }
+                }
+                if logs.is_empty() {
+                    return None;
                 }
                 let mean = log_sum(logs.iter().copied()) - (logs.len() as f64).ln();
                 let larger = with(&set.set, *candidate);
@@ -337,7 +340,7 @@ impl Search<'_> {
         self.level.is_searched && self.level.trials.len() > 1
     }
 
-    /// The likelihood of all columns beside a found set's uncertain numbers and values of each trial's own.
+    /// The likelihood of all columns beside a found set's uncertain numbers, some of them held, and values of each trial's own.
     fn given(&self, set: &Found) -> Option<Arc<Given>> {
         if set.own.is_empty() && set.held.is_empty() {
             return self.level.given(&set.set);
@@ -538,7 +541,7 @@ impl Search<'_> {
         let set: Vec<usize> = members.iter().map(|of| of.0).collect();
         let sd = DVector::from_vec(sds);
         let precision: Vec<f64> = sd.iter().map(|sd| sd.powi(-2)).collect();
-        let beside = held::Beside {
+        let beside = held::OfSet {
             set: &set,
             own: &own_columns,
             columns: &columns,
