@@ -190,25 +190,23 @@ fn a_number_far_from_what_was_said_of_it_is_told() {
     assert!(far.contains("`hull.mass` by +"), "{far}");
 }
 
-/// A number that is moved as far as it may be casts a doubt, and takes no name away.
+/// A number that is moved almost as far as it may be casts a doubt, and takes no name away.
 #[test]
-fn a_number_at_the_edge_of_what_it_may_be_is_told_beside_the_name() {
+fn a_number_near_the_edge_of_what_it_may_be_is_told_beside_the_name() {
     let drag = on_hull(Id::QuadraticDrag, vec![25.0, 40.0, 40.0, 0.0, 0.0, 1.0]);
     let beside = |mass: f64| {
         let effects = std::slice::from_ref(&drag);
         let trials = (0..2).map(|at| trial(&format!("trial {at}"), effects, &[mass, 0.0], at, 1.0));
         let named = named_of(trials.collect());
         let names: Vec<Id> = named.chosen.iter().map(|of| of.effect).collect();
-        assert_eq!(
-            (named.outcome, names),
-            (Outcome::Named, vec![Id::QuadraticDrag])
-        );
+        assert_eq!(named.outcome, Outcome::Named);
+        assert_eq!(names, [Id::QuadraticDrag]);
         named.remarks.join("; ")
     };
     assert_eq!(beside(0.04), "");
-    let remarks = beside(0.17);
+    let remarks = beside(0.145);
     assert!(
-        remarks.contains("in standard deviations: `hull.mass` by +5.0"),
+        remarks.contains("in standard deviations: `hull.mass` by +4."),
         "{remarks}"
     );
 }
