@@ -348,7 +348,7 @@ class Table(unittest.TestCase):
         drag["drag"] = way | {"speed": 0.01}
         self.assertIn("| 0.010 | 0.050 | - | 50% |", table.markdown([drag, truth])[2])
         self.assertIn("| 25% | - |", table.markdown([drag | {"drag": way}])[2])
-        # What stands for strip theory is judged by it, in a table of its own.
+        # Waters that stand for strip theory are judged by it, in a table of their own.
         wrench = {"water": "strip-wrench", "seed": 2, "strip-wrench": way, "truth": way, "strip": way | {"speed": 0.1}}
         both = table.markdown([drag, truth, wrench])
         self.assertEqual(both[:7], [*table.markdown([drag, truth]), ""])

@@ -9,7 +9,7 @@ use crate::likelihood::{by_trial::Own, quadratic::Quadratic, truncated_evidence:
 /// A member of a set: candidate, choice, scale, and where every trial has a value of its own, which of the sizes.
 pub(crate) type Member = (usize, usize, usize, Option<usize>);
 
-/// Values of what stands beside a set and is at a bound of its prior, by place among all parameters.
+/// Values of uncertain numbers and errors of form at a bound of their prior, by place among all parameters.
 pub(crate) type Held = BTreeMap<usize, f64>;
 
 /// A set at one level.
@@ -23,7 +23,7 @@ pub(crate) struct Found {
     pub(crate) columns: Vec<usize>,
     /// Columns with a value of each trial's own.
     pub(crate) own: Own,
-    /// What stands beside the set and is at a bound of its prior.
+    /// Uncertain numbers and errors of form beside the set at a bound of their prior.
     pub(crate) held: Held,
     /// Difference, by member, between the log likelihood averaged over its choices and scales and that of the likeliest.
     pub(crate) mixtures: Vec<f64>,

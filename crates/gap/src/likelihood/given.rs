@@ -13,7 +13,7 @@ pub(crate) struct Given {
     pub(crate) quadratic: Quadratic,
     /// Log likelihood where they are zero.
     pub(crate) empty: f64,
-    /// What was integrated out, as places among all parameters.
+    /// Places, among all parameters, of those that were integrated out.
     pub(super) beside: Vec<usize>,
     /// Its best values where the rest is zero, and how far they move, turned round, with it.
     at_zero: DVector<f64>,

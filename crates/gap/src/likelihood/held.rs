@@ -8,7 +8,7 @@ use nalgebra::DVector;
 
 use crate::likelihood::{
     by_trial::Own, found::Held, given::Given, level::Level, quadratic::Quadratic,
-    truncated_normal::log_cdf,
+    truncated_evidence::Truncated, truncated_normal::log_cdf,
 };
 
 /// Rounding of a value and of a slope.
@@ -31,37 +31,37 @@ pub(super) struct OfSet<'s> {
 /// An active set, one bound at a time, as in the dual method for quadratic programs (D. Goldfarb and A. Idnani, Math. Program. 27,
 /// 1983): what would rather lie within its bounds is let go before the next one is held. What is free is taken to be far within its
 /// bounds, and each value held to be cut by itself.
-pub(super) fn bounded<T>(
+pub(super) fn bounded(
     level: &Level,
     of: &OfSet<'_>,
     held: &mut Held,
-    fit: impl Fn(&Given) -> Option<(T, DVector<f64>)>,
-) -> Option<(Given, T, f64)> {
-    let places = level.beside(of.set);
-    // Errors of form go with the members of a set.
-    held.retain(|of, _| places.contains(of));
+    fit: impl Fn(&Quadratic) -> Option<Truncated>,
+) -> Option<(Given, Truncated, f64)> {
     if held.is_empty() {
         let given = level.given_own(of.set, of.own, of.columns)?;
-        let (found, rest) = fit(&given)?;
-        match beyond(&given, &rest, of.most) {
+        let found = fit(&given.quadratic)?;
+        match beyond(&given, &found.mean, of.most) {
             None => return Some((given, found, 0.0)),
             Some((place, bound)) => held.insert(place, bound),
         };
     }
+    let places = level.beside(of.set);
+    // Errors of form go with the members of a set.
+    held.retain(|of, _| places.contains(of));
     let (joint, half) = level.joint(&places, of.own, of.columns)?;
     // The mean of an effect near its own bound can leave a value neither within nor held: in the end nothing more is let go.
     let mut steps = 4 * places.len();
     loop {
         steps = steps.saturating_sub(1);
         let given = Given::beside(&joint, half, (&places, held))?;
-        let (found, rest) = fit(&given)?;
-        let z = values(&places, held, &given, &rest);
+        let found = fit(&given.quadratic)?;
+        let z = values(&places, held, &given, &found.mean);
         let slope = slope(&joint, &z, places.len());
         let outward = |at: usize| slope[at] * z[at].signum();
         let at_bound = (0..places.len()).filter(|at| held.contains_key(&places[*at]));
         let inward = at_bound.clone().filter(|at| outward(*at) < -ROUNDING);
         let eager = inward.min_by(|a, b| outward(*a).total_cmp(&outward(*b)));
-        match (eager, beyond(&given, &rest, of.most)) {
+        match (eager, beyond(&given, &found.mean, of.most)) {
             (Some(at), _) if steps > 0 => {
                 held.remove(&places[at]);
             }
@@ -147,12 +147,8 @@ mod tests {
 
     use super::*;
     use crate::likelihood::{
-        by_trial::Deviations,
-        filter::Filtered,
-        form_error,
-        level::Sizes,
-        truncated_evidence::{Truncated, evidence},
-        truncated_normal::Bounds,
+        by_trial::Deviations, filter::Filtered, form_error, level::Sizes,
+        truncated_evidence::evidence, truncated_normal::Bounds,
     };
     use crate::statistics::standard_normal;
 
@@ -198,11 +194,8 @@ mod tests {
             most: 5.0,
         };
         let sd = DVector::from_element(1, SD);
-        let (given, posterior, cut) = bounded(level, &of, &mut held, |given| {
-            let of = &given.quadratic;
-            let found: Truncated = evidence(&of.a, &of.b, &sd, &[Bounds::FREE])?;
-            let mean = found.mean.clone();
-            Some((found, mean))
+        let (given, posterior, cut) = bounded(level, &of, &mut held, |of| {
+            evidence(&of.a, &of.b, &sd, &[Bounds::FREE])
         })
         .unwrap();
         (
@@ -260,7 +253,7 @@ mod tests {
         }
     }
 
-    /// What was held before and need not be is let go, and what is held does not depend on where one begins.
+    /// A value that was held before and need not be is let go; the values held do not depend on where one begins.
     #[test]
     fn what_need_not_be_held_is_let_go() {
         let near = level([3.0, 1.0, 1.0], &[NUMBER]);

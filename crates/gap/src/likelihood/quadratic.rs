@@ -220,7 +220,7 @@ mod tests {
         assert!((z[0] + 5.5 / 4.0).abs() < 1e-8, "{z}");
     }
 
-    /// What is known is counted in, and the rest is as if it were a parameter.
+    /// Known values are counted in: the quadratic of the rest is that of all where these are known.
     #[test]
     fn known_values_are_counted_in() {
         let quadratic = leaning();
@@ -235,7 +235,7 @@ mod tests {
         }
     }
 
-    /// What was fitted away follows what is left.
+    /// The values fitted away follow those that are left.
     #[test]
     fn what_is_fitted_away_is_known_beside_the_rest() {
         let columns = DMatrix::from_fn(9, 5, |row, column| ((row * 5 + column * 2) as f64).cos());

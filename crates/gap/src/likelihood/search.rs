@@ -549,11 +549,8 @@ impl Search<'_> {
             most: self.choices.options().largest_shift,
         };
         let mut held = held.clone();
-        let (given, posterior, cut) = held::bounded(self.level, &beside, &mut held, |given| {
-            let of = &given.quadratic;
-            let posterior = truncated_evidence::evidence(&of.a, &of.b, &sd, &bounds)?;
-            let mean = posterior.mean.clone();
-            Some((posterior, mean))
+        let (given, posterior, cut) = held::bounded(self.level, &beside, &mut held, |of| {
+            truncated_evidence::evidence(&of.a, &of.b, &sd, &bounds)
         })?;
         Some(Evaluated {
             columns,
