@@ -231,6 +231,9 @@ options! {
         /// Part of the way from nothing to a parameter's bound, beside the bound, in which a value is at the edge of what is
         /// plausible: its set is not named.
         edge: f64 = 0.04,
+        /// Part of the excess that a set with plausible values explains at least where a likelier one has such a value, or the gap
+        /// is unknown.
+        plausible: f64 = 0.9,
         /// Shift of a number of the nominal from which the reader is warned [prior standard deviations].
         far: f64 = 3.0,
         /// Probability above which an effect that is not named is one of those that it could be.

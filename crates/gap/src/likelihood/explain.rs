@@ -13,12 +13,13 @@ use crate::{
     error::GapError,
     likelihood::{
         directions::Direction,
+        edge::Edge,
         explanation::Explanation,
         followed::{Followed, diverges},
         found::{Found, likeliest},
         level::{Level, Sizes},
         search::{Choices, Search},
-        seen::Seen,
+        seen::{Seen, loses_too},
         working_point::{Keep, WorkingPoint},
     },
     options::LikelihoodOptions,
@@ -29,7 +30,8 @@ use crate::{
 /// Halvings of the values on which a trial blows up, at most.
 const HALVINGS: usize = 5;
 
-/// Sweeps, searches and moves the working point until the best set stays.
+/// The likeliest sets of effects with plausible values, where they explain the trials as well as others do, or nearly; or else the
+/// likeliest.
 ///
 /// # Errors
 /// The nominal diverges on some trial, or a stop was asked for.
@@ -37,8 +39,44 @@ pub fn explain<'p>(
     followed: &'p Followed<'p>,
     watch: &Watch<'_>,
 ) -> Result<Explanation<'p>, GapError> {
+    let likeliest = explain_without(followed, watch, BTreeSet::new())?;
+    let edges = implausible(&likeliest);
+    if edges.is_empty() {
+        return Ok(likeliest);
+    }
+    let left_out = edges.iter().map(|of| of.candidate).collect();
+    let mut without = explain_without(followed, watch, left_out)?;
+    let least = followed.problem.settings.options.name.plausible;
+    let is_enough = |best| without.edges(best).is_empty() && without.explained(best, &[]) >= least;
+    if !without.best().is_some_and(is_enough) {
+        return Ok(likeliest);
+    }
+    without.left_out = edges;
+    Ok(without)
+}
+
+/// Values at the end of what is plausible of the likeliest set; none where nothing is likelier, or where they are of an effect that
+/// is expected and cannot be left out.
+fn implausible(explanation: &Explanation<'_>) -> Vec<Edge> {
+    let nothing = explanation.nothing();
+    let best = explanation.best().filter(|best| *best < nothing);
+    let edges = best.map_or_else(Vec::new, |best| explanation.edges(best));
+    let is_expected = |of: &Edge| explanation.problem.priors[of.candidate].is_expected;
+    match edges.iter().any(is_expected) {
+        true => Vec::new(),
+        false => edges,
+    }
+}
+
+/// Sweeps, searches and moves the working point until the best set stays; some candidates left out.
+fn explain_without<'p>(
+    followed: &'p Followed<'p>,
+    watch: &Watch<'_>,
+    left_out: BTreeSet<usize>,
+) -> Result<Explanation<'p>, GapError> {
     let problem = followed.problem;
     let mut working = followed.working_point(watch);
+    working.left_out = left_out;
     // Without a set only starts and forces may explain the gap, or the numbers would run to their bounds for it.
     let Some(mut best) = look(problem, &mut working, None, &How::Unsettled)? else {
         return Err(diverges(problem));
@@ -53,8 +91,12 @@ pub fn explain<'p>(
     let mut expected = best.expected();
     let mut failed = false;
     let rounds = problem.settings.options.likelihood.rounds;
+    let doing = match working.left_out.is_empty() {
+        true => "weighing sets of effects",
+        false => "weighing sets of plausible values",
+    };
     for round in 0..rounds {
-        (watch.tell)("weighing sets of effects", round, rounds);
+        (watch.tell)(doing, round, rounds);
         best.correct(&seen);
         let step = expected.take().or_else(|| best.promising(problem));
         let is_rival = step.is_none();
@@ -234,6 +276,7 @@ fn look<'p>(
     };
     let directions: Vec<Direction> = (0..problem.candidates.len())
         .filter(|candidate| !working.point.candidates.contains(candidate))
+        .filter(|candidate| !working.left_out.contains(candidate))
         .filter(is_along)
         .flat_map(|candidate| problem.directions(candidate))
         .collect();
@@ -354,8 +397,8 @@ impl<'p> Look<'p> {
         }
     }
 
-    /// Gives sets about which there was a sweep the log posterior that they had there. Those that hold what such a set added to
-    /// the point's are taken to have lost as much.
+    /// Gives sets about which there was a sweep the log posterior that they had there. What such a set lost others are taken to have
+    /// lost too ([`loses_too`]).
     fn correct(&mut self, seen: &Seen) {
         let own = self.point.set();
         let here = |set: &[usize]| {
@@ -371,9 +414,9 @@ impl<'p> Look<'p> {
             .collect();
         for of in &mut self.found {
             let exact = losses.iter().find(|(set, _)| *set == of.set);
-            let adds = |set: &[usize]| set.iter().any(|member| !own.contains(member));
-            let holds = |set: &[usize]| set.iter().all(|member| of.set.contains(member));
-            let within = losses.iter().filter(|(set, _)| adds(set) && holds(set));
+            let within = losses
+                .iter()
+                .filter(|(set, _)| loses_too(&own, set, &of.set));
             let loss = match exact {
                 Some((_, loss)) => *loss,
                 None => within.map(|of| of.1).fold(0.0, f64::max),

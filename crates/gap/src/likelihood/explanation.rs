@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::{
     likelihood::{
         directions::Direction,
+        edge::Edge,
         followed::Followed,
         found::{Found, likeliest},
         level::Level,
@@ -35,6 +36,8 @@ pub struct Explanation<'a> {
     log_total: f64,
     /// The same by effects and targets, the likeliest first.
     pub(crate) sets: Vec<SetPosterior>,
+    /// Values at the end of what is plausible that a likelier set has, whose effects were left out.
+    pub(crate) left_out: Vec<Edge>,
 }
 
 /// All forms of a set of effects, at all levels of disturbances.
@@ -80,7 +83,14 @@ impl<'a> Explanation<'a> {
             found,
             log_total,
             sets,
+            left_out: Vec::new(),
         }
+    }
+
+    /// The likeliest set of any effect.
+    pub(crate) fn best(&self) -> Option<usize> {
+        let nothing = self.nothing();
+        (0..self.sets.len()).find(|row| *row != nothing)
     }
 
     /// The set of no effect.
@@ -179,6 +189,18 @@ impl<'a> Explanation<'a> {
                 }),
             })
             .collect()
+    }
+
+    /// Values of a set that have run to the end of what is plausible.
+    pub(crate) fn edges(&self, set: usize) -> Vec<Edge> {
+        let part = self.problem.settings.options.name.edge;
+        let candidates = self.sets[set].set.iter();
+        let edges = candidates.flat_map(|candidate| {
+            let parameters = &self.problem.candidates[*candidate].parameters;
+            let fitted = parameters.iter().zip(self.parameters(set, *candidate));
+            fitted.filter_map(|(p, fitted)| Edge::of(*candidate, p, fitted, part))
+        });
+        edges.collect()
     }
 
     /// Candidates of a set with values of each trial's own: standard deviation of each parameter about the common value, in its

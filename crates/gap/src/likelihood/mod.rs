@@ -17,6 +17,7 @@ mod command_forces;
 pub(crate) mod differing;
 pub(crate) mod directions;
 pub(crate) mod disturbances;
+pub(crate) mod edge;
 mod every_step;
 pub(crate) mod explain;
 pub(crate) mod explanation;

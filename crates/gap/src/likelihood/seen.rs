@@ -140,6 +140,17 @@ fn keep_best(logs: &mut Logs, set: &[usize], log: f64) {
     *of = of.max(log);
 }
 
+/// True where a set loses what another `lost`, to first order from a point of the set `own`: it holds all of one that added to the
+/// point's, or leaves out all that one without additions left out.
+pub(super) fn loses_too(own: &[usize], lost: &[usize], set: &[usize]) -> bool {
+    let adds = lost.iter().any(|of| !own.contains(of));
+    let mut left_out = own.iter().filter(|of| !lost.contains(of)).peekable();
+    match adds {
+        true => is_part(lost, set),
+        false => left_out.peek().is_some() && left_out.all(|of| !set.contains(of)),
+    }
+}
+
 /// True for some effects, all of which are in a set.
 fn is_part(part: &[usize], set: &[usize]) -> bool {
     !part.is_empty() && part.iter().all(|of| set.contains(of))
@@ -248,6 +259,26 @@ mod tests {
         // The other one lags too, and is far behind even so.
         seen.go(vec![1], &[]);
         assert_eq!(lagging(&seen), None);
+    }
+
+    /// What an addition lost all lose that hold it, and what an omission lost all that omit as much.
+    #[test]
+    fn what_a_set_lost_others_lose() {
+        let own = [1, 2, 3];
+        for (lost, set, does) in [
+            (&[1, 2, 3, 4][..], &[1, 2, 3, 4, 5][..], true),
+            (&[1, 4], &[1, 4], true),
+            (&[1, 4], &[1, 2, 3], false),
+            (&[1, 2], &[1, 2, 5], true),
+            (&[1, 2], &[5], true),
+            (&[1, 2], &[1, 3], false),
+            (&[1], &[1, 2], false),
+            (&[], &[4], true),
+            (&[], &[3, 4], false),
+            (&own, &[1, 2, 3, 4], false),
+        ] {
+            assert_eq!(loses_too(&own, lost, set), does, "{lost:?} {set:?}");
+        }
     }
 
     /// A set that holds what was worse about itself than from there is as much worse.

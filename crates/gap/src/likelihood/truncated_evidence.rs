@@ -191,6 +191,54 @@ mod tests {
         assert!((mean - 1.0).abs() < 0.05, "{mean}");
     }
 
+    /// Columns that are nearly alike, pulled far out of their bounds: what does not converge is no evidence, and what is one is less
+    /// than the likelihood at its best within the bounds (up to some 1e6 nats; beyond, rounding wins).
+    #[test]
+    fn an_evidence_is_below_the_best_likelihood() {
+        let mut rng = ChaCha8Rng::seed_from_u64(11);
+        let n = 5;
+        let (mut refused, mut found) = (0, 0);
+        for round in 0..360 {
+            let far = 10.0_f64.powf(0.01 * f64::from(round));
+            let shared = DVector::from_fn(8, |_, _| standard_normal(&mut rng));
+            let columns = DMatrix::from_fn(8, n, |row, _| {
+                far * (shared[row] + 1e-3 * standard_normal(&mut rng))
+            });
+            let a = columns.tr_mul(&columns);
+            let data = DVector::from_fn(8, |_, _| far * standard_normal(&mut rng));
+            let b = columns.tr_mul(&data);
+            let sd = DVector::from_element(n, 1.0);
+            let bounds = vec![
+                Bounds {
+                    lower: -0.5,
+                    upper: 0.5
+                };
+                n
+            ];
+            let Some(of) = evidence(&a, &b, &sd, &bounds) else {
+                refused += 1;
+                continue;
+            };
+            // Least squares within the bounds, one axis after the other.
+            let mut z = DVector::<f64>::zeros(n);
+            for _ in 0..20_000 {
+                for axis in 0..n {
+                    let rest = b[axis] - a.column(axis).dot(&z) + a[(axis, axis)] * z[axis];
+                    z[axis] = (rest / a[(axis, axis)]).clamp(-0.5, 0.5);
+                }
+            }
+            let best = b.dot(&z) - 0.5 * (&a * &z).dot(&z);
+            let slack = 0.5 + 1e-2 * best.abs();
+            assert!(
+                of.log_evidence < best + slack,
+                "{round}: {} {best}",
+                of.log_evidence
+            );
+            found += 1;
+        }
+        assert!(found > 200 && refused > 0, "{found} {refused}");
+    }
+
     #[test]
     fn without_bounds_it_is_the_normal_one() {
         let a = DMatrix::from_row_slice(1, 1, &[8.0]);

@@ -1,5 +1,7 @@
 //! The working point of the linearisation, and the sweeps about it.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -45,6 +47,8 @@ pub(crate) struct WorkingPoint<'p, 'a> {
     is_weighed: bool,
     /// True where a step of the last fit went too far.
     pub(crate) went_too_far: bool,
+    /// Candidates that no look is along.
+    pub(super) left_out: BTreeSet<usize>,
 }
 
 /// Part of a sweep that is kept beside the likelihood.
@@ -130,6 +134,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             point: problem.origin(),
             is_weighed: true,
             went_too_far: false,
+            left_out: BTreeSet::new(),
         }
     }
 

@@ -60,8 +60,10 @@ pub(crate) fn decide(
     }
     decision.outcome = Outcome::Unknown;
     let gap = 1.0 - agreement;
-    let best = (0..explanation.sets.len()).find(|row| *row != nothing);
-    let Some(best) = best.filter(|_| unmodelled < options.named * gap) else {
+    let Some(best) = explanation
+        .best()
+        .filter(|_| unmodelled < options.named * gap)
+    else {
         return Ok(decision);
     };
     let timing = timing::resolve(explanation, best, watch)?;

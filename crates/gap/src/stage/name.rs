@@ -48,6 +48,7 @@ pub fn name(explanation: &Explanation<'_>, watch: &Watch<'_>) -> Result<Naming, 
         .map(|(one, other)| experiment_design::next(explanation.problem, &one, &other, watch));
     let mut remarks = decision.remarks;
     if decision.outcome != Outcome::Unknown {
+        remarks.extend(doubts::left_out(explanation));
         remarks.extend(doubts::far_numbers(explanation, decision.chosen));
     }
     let named = Named {
