@@ -678,6 +678,26 @@ fn the_description_says_what_is_there() {
     assert_eq!(description.joints[0].qpos, 7);
 }
 
+/// Times within a step that a log does not say; of forces where there are any.
+#[test]
+fn times_within_a_step_are_uncertain() {
+    let of = |text: &str| -> Vec<String> {
+        let plant = plant(text);
+        let all = plant.description().nuisances.iter();
+        let timing = all.filter(|of| of.quantity.is_timing());
+        timing.map(|of| of.name.clone()).collect()
+    };
+    let whole = hull("", "");
+    let motion = ["commands.lead", "positions.lag", "velocities.lag"];
+    let forces = ["forces.lead", "forces.lag"];
+    assert_eq!(
+        of(&whole),
+        [motion[0], forces[0], motion[1], motion[2], forces[1]]
+    );
+    let accelerometer = r#"<accelerometer name="acceleration" site="imu" noise="0.02"/>"#;
+    assert_eq!(of(&whole.replace(accelerometer, "")), motion);
+}
+
 #[test]
 fn the_description_says_the_medium() {
     let medium = |option: &str, attributes: &str| {

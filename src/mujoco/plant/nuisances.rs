@@ -229,12 +229,13 @@ pub(crate) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Nuisance, 
             }
         }
     }
+    let has_forces = model.sensor_needstage().contains(&(mjSTAGE_ACC as i32));
     if model.raw().nu > 0 {
         let mut lead = |of: &str, quantity| {
             add(format!("{of}.lead"), of, NuisanceClass::Timing, quantity, 0);
         };
         lead("commands", Quantity::CommandLead);
-        if model.sensor_needstage().contains(&(mjSTAGE_ACC as i32)) {
+        if has_forces {
             lead("forces", Quantity::ReadingLead);
         }
     }
@@ -252,6 +253,15 @@ pub(crate) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Nuisance, 
         Quantity::VelocityLag,
         0,
     );
+    if has_forces {
+        add(
+            "forces.lag".to_owned(),
+            "forces",
+            NuisanceClass::Timing,
+            Quantity::ForceLag,
+            0,
+        );
+    }
     nuisances
 }
 
@@ -271,15 +281,8 @@ pub(crate) struct Beside {
 
 /// True where a nuisance parameter is a number of the model itself.
 pub(crate) fn is_of_model(quantity: Quantity) -> bool {
-    !matches!(
-        quantity,
-        Quantity::Wrench(_)
-            | Quantity::EffectValue { .. }
-            | Quantity::CommandLead
-            | Quantity::ReadingLead
-            | Quantity::PositionLag
-            | Quantity::VelocityLag
-    )
+    let is_value = !matches!(quantity, Quantity::Wrench(_) | Quantity::EffectValue { .. });
+    is_value && !quantity.is_timing()
 }
 
 /// Turns nuisance parameters that are no part of the model.
@@ -386,7 +389,8 @@ pub(crate) fn turn(
             | Quantity::CommandLead
             | Quantity::ReadingLead
             | Quantity::PositionLag
-            | Quantity::VelocityLag => {}
+            | Quantity::VelocityLag
+            | Quantity::ForceLag => {}
         }
     }
     if inertial {

@@ -79,10 +79,6 @@ pub(crate) fn changes(
         let mut moved = point.clone();
         moved.nuisances[at] += STEP;
         let quantity = model.nuisances[*nuisance].quantity;
-        let of_readings = matches!(
-            quantity,
-            Quantity::ReadingLead | Quantity::PositionLag | Quantity::VelocityLag
-        );
         changes.push(Change {
             entries: base.to_vec(),
             nuisances: problem.nuisance_values(&moved),
@@ -92,7 +88,7 @@ pub(crate) fn changes(
                 0.0
             },
             step: STEP,
-            kind: if of_readings {
+            kind: if quantity.is_of_readings() {
                 Kind::Measurement
             } else {
                 Kind::Loaded

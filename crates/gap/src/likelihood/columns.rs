@@ -282,6 +282,7 @@ fn corrections(problem: &Problem<'_>, nuisances: &[f64], entries: &[Entry]) -> V
         let has = match nuisance.quantity {
             Quantity::PositionLag => SensorKind::is_position,
             Quantity::VelocityLag => SensorKind::is_velocity,
+            Quantity::ForceLag => SensorKind::is_force,
             _ => continue,
         };
         for (correction, sensor) in all.iter_mut().zip(&model.sensors) {

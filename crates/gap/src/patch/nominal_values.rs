@@ -76,14 +76,8 @@ impl<'r> Writer<'r> {
                 nuisance,
                 value,
             };
-            let is_way = matches!(
-                nuisance.quantity,
-                Quantity::CentreOfMass(_)
-                    | Quantity::CommandLead
-                    | Quantity::ReadingLead
-                    | Quantity::PositionLag
-                    | Quantity::VelocityLag
-            );
+            let is_way = matches!(nuisance.quantity, Quantity::CentreOfMass(_))
+                || nuisance.quantity.is_timing();
             if value == 0.0 {
                 continue;
             } else if value.is_finite() && (is_way || number.factor() > 0.0) {
@@ -106,10 +100,7 @@ impl<'r> Writer<'r> {
                 Quantity::Stiffness(term) => {
                     self.joint_terms(number, "stiffness", Some(term))?
                 }
-                Quantity::CommandLead
-                | Quantity::ReadingLead
-                | Quantity::PositionLag
-                | Quantity::VelocityLag => Err(
+                of if of.is_timing() => Err(
                     "the time within a step at which commands act and forces are read is no value of a model"
                         .to_owned(),
                 ),
@@ -137,10 +128,7 @@ impl<'r> Writer<'r> {
             Err(reason) => {
                 let fitted = match number.nuisance.quantity {
                     Quantity::CentreOfMass(_) => format!("{:+.4} m", number.value),
-                    Quantity::CommandLead
-                    | Quantity::ReadingLead
-                    | Quantity::PositionLag
-                    | Quantity::VelocityLag => {
+                    of if of.is_timing() => {
                         format!("{:+.2} steps", number.value)
                     }
                     _ => format!("{:+.2} %", 100.0 * number.value),

@@ -76,6 +76,8 @@ pub enum Quantity {
     PositionLag,
     /// The same of velocities.
     VelocityLag,
+    /// The same of forces, torques and accelerations: a simulation has them before a step, a log may have them after it.
+    ForceLag,
     /// A value of an effect that the nominal has in an instance of `hydro.wrench`; relative.
     EffectValue {
         /// Which of [`PlantDescription::wrench_bodies`].
@@ -87,6 +89,21 @@ pub enum Quantity {
     },
     /// An axis of the wrench of the nominal's checkpoints (force x y z, torque x y z, base frame); relative.
     Wrench(usize),
+}
+
+impl Quantity {
+    /// True for a time within a step, which the log does not say and which is no value of a model.
+    pub fn is_timing(self) -> bool {
+        matches!(self, Self::CommandLead) || self.is_of_readings()
+    }
+
+    /// True for such a time of readings.
+    pub fn is_of_readings(self) -> bool {
+        matches!(
+            self,
+            Self::ReadingLead | Self::PositionLag | Self::VelocityLag | Self::ForceLag
+        )
+    }
 }
 
 /// Factor on a relative [`Quantity`] at a value of its [`Nuisance`].
@@ -199,6 +216,11 @@ impl SensorKind {
             self,
             Self::JointVelocity | Self::AngularVelocity | Self::LinearVelocity
         )
+    }
+
+    /// True for a reading of forces or accelerations.
+    pub fn is_force(self) -> bool {
+        matches!(self, Self::Acceleration | Self::Force | Self::Torque)
     }
 }
 
