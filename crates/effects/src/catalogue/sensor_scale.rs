@@ -31,7 +31,7 @@ impl Effect for SensorScaling {
         };
         vec![
             Parameter::about("scale", "1", 1.0, 0.1)
-                .within(0.5, 1.5)
+                .within(0.7, 1.3)
                 .physically(Physical::NotNegative),
         ]
     }

@@ -202,8 +202,8 @@ struct Look<'p> {
     point: Point,
     /// True where the point's values have settled.
     settled: bool,
-    /// True where a step of the point's fit went too far: its set counts by what the point has reached.
-    went_too_far: bool,
+    /// True where the point's set counts by what the point has reached.
+    counts_as_reached: bool,
     /// True where it was along all candidates.
     is_whole: bool,
     directions: Vec<Direction>,
@@ -291,7 +291,7 @@ fn look<'p>(
     let mut look = Look {
         point: working.point.clone(),
         settled: !matches!(how, How::Unsettled),
-        went_too_far: working.went_too_far,
+        counts_as_reached: working.counts_as_reached,
         is_whole: !matches!(how, How::Some(_)),
         directions,
         choices,
@@ -352,7 +352,7 @@ impl<'p> Look<'p> {
                 (self.found).extend(Search { level, choices }.whole(&self.point.candidates));
             }
         }
-        if self.went_too_far {
+        if self.counts_as_reached {
             self.keep_to_what_was_reached(&own);
         }
         self.sort();

@@ -270,6 +270,7 @@ impl Search<'_> {
             log_posterior: log_likelihood
                 + self.choices.log_prior(&set)
                 + self.choices.log_form_odds(&members, log_likelihood)
+                + self.choices.log_medium_odds(&members, log_likelihood)
                 + (self.level).log_prior(!set.is_empty(), self.choices.options()),
             set,
             level: self.level.number,

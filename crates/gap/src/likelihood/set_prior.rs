@@ -22,9 +22,21 @@ impl Choices<'_> {
         if members.len() > 1 {
             beside += members.iter().filter(|of| of.3.is_some()).count();
         }
+        -(beside as f64) * self.options().form_error.powi(2) * self.gain(log_likelihood)
+    }
+
+    /// Log of the odds that no error of form of what a set holds beside gives what its effects of a medium explain of which the model
+    /// tells nothing: a part of what the whole explains each. Water about a cart or an arm needs a reason.
+    pub(super) fn log_medium_odds(&self, members: &[Member], log_likelihood: f64) -> f64 {
+        let is_untold = |of: &&Member| self.problem.priors[of.0].is_untold;
+        let untold = members.iter().filter(is_untold).count();
+        -(untold as f64) * self.options().untold_medium * self.gain(log_likelihood)
+    }
+
+    /// What a set of some log likelihood explains beyond no effect [nat]; nothing where none was looked at.
+    fn gain(&self, log_likelihood: f64) -> f64 {
         let none = self.without_effects.unwrap_or(f64::INFINITY);
-        let gain = (log_likelihood - none).max(0.0);
-        -(beside as f64) * self.options().form_error.powi(2) * gain
+        (log_likelihood - none).max(0.0)
     }
 
     /// Log prior of a set: so many effects, and these.

@@ -1,7 +1,8 @@
 //! A working point settles: sweeps, each followed by a step to the best values.
 //!
 //! A step after which the likelihood that the point has reached falls, and the one that first order promises too, went too far: only a
-//! part of it is taken. First order's promise then does not hold, so the set counts by what its point has reached (`promised.rs`).
+//! part of it is taken. First order's promise then does not hold, so the set counts by what its point has reached (`promised.rs`). So it
+//! does where the sweeps end before the likelihood stays.
 
 use crate::{
     error::GapError,
@@ -17,8 +18,9 @@ use crate::{
     problem::point::Point,
 };
 
-/// Sweeps that let a working point settle, at most.
-const SETTLING: usize = 5;
+/// Sweeps that let a working point settle, at most: along precise readings of a motion that no set explains the likelihood may fall by a
+/// few nats a sweep for as long.
+const SETTLING: usize = 20;
 
 impl WorkingPoint<'_, '_> {
     /// Lets starts, numbers, the set's values and the sizes of the disturbances settle, no other effect in sight; not to the end
@@ -47,6 +49,7 @@ impl WorkingPoint<'_, '_> {
         let options = &self.problem.settings.options.likelihood;
         let mut before: Option<(Vec<Track>, Point)> = None;
         let mut part = 1.0;
+        let mut is_settled = false;
         for _ in 0..SETTLING {
             let Some(swept) = self.sweep(Some(&[]), Keep::Columns, None)? else {
                 return Ok(None);
@@ -70,7 +73,7 @@ impl WorkingPoint<'_, '_> {
                 continue;
             }
             let from = (self.tracks.clone(), self.point.clone());
-            let forms = self.likeliest_forms(level);
+            let forms = self.likeliest_forms(&swept.levels);
             let (point, z) = level.moved(self.problem, &self.point, &[], best);
             self.smooth(&swept, &z, level.sizes)?;
             self.point = point;
@@ -90,7 +93,7 @@ impl WorkingPoint<'_, '_> {
                 self.levels.all.clone_from(&self.levels.near);
             }
             let change = last.map(|(last, _)| (now - last).abs());
-            let is_settled = change.is_some_and(|change| change < SETTLED);
+            is_settled = change.is_some_and(|change| change < SETTLED * part);
             let is_hopeless = (change.zip(least))
                 .is_some_and(|(change, least)| now + options.hoped * change < least);
             last = Some((now, reached));
@@ -104,28 +107,32 @@ impl WorkingPoint<'_, '_> {
             }
         }
         // A step that was not looked at may have been too far again.
-        self.went_too_far = part < 1.0;
+        self.counts_as_reached = part < 1.0 || !is_settled;
         if let Some((tracks, point)) = before.filter(|_| part < 1.0) {
             (self.tracks, self.point) = (tracks, point);
         }
         Ok(sizes)
     }
 
-    /// Sizes of the errors of form, by candidate, with which the point's set is likeliest, one candidate after the other.
-    fn likeliest_forms(&self, level: &Level) -> Vec<(usize, [f64; 2])> {
-        let log = |level: &Level| {
-            self.own_set(level)
-                .map_or(f64::NEG_INFINITY, |of| of.log_posterior)
+    /// Sizes of the errors of form, by candidate, with which the point's set is likeliest beside any of the disturbances, one
+    /// candidate after the other.
+    fn likeliest_forms(&self, levels: &[Level]) -> Vec<(usize, [f64; 2])> {
+        let log = |levels: &[Level]| {
+            let found = self.own_sets(levels);
+            likeliest(&found).map_or(f64::NEG_INFINITY, |of| of.log_posterior)
         };
-        let mut best = log(level);
-        let mut at_best: Option<Level> = None;
+        let mut best = log(levels);
+        let mut at_best: Option<Vec<Level>> = None;
         let of_candidate = self.point.candidates.iter().zip(&self.point.forms);
         let likeliest = of_candidate.map(|(candidate, form)| {
             let mut now = *form;
             for (error, now) in now.iter_mut().enumerate() {
                 for other in self.problem.settings.options.likelihood.form_sizes {
-                    let from = at_best.as_ref().unwrap_or(level);
-                    let tried = from.with_form(*candidate, error, other / *now);
+                    let from = at_best.as_deref().unwrap_or(levels);
+                    let tried = from
+                        .iter()
+                        .map(|of| of.with_form(*candidate, error, other / *now));
+                    let tried: Vec<Level> = tried.collect();
                     let found = log(&tried);
                     if found > best {
                         (best, at_best, *now) = (found, Some(tried), other);
@@ -153,7 +160,7 @@ impl WorkingPoint<'_, '_> {
     /// The same, as likely as the point is where a step of its fit went too far.
     pub(crate) fn reached(&self, levels: &[Level]) -> Vec<Found> {
         let mut found = self.own_sets(levels);
-        for of in found.iter_mut().filter(|_| self.went_too_far) {
+        for of in found.iter_mut().filter(|_| self.counts_as_reached) {
             let promised = levels[of.level].promised(self.problem, &self.point, of);
             of.log_likelihood -= promised;
             of.log_posterior -= promised;

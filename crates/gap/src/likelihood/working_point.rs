@@ -45,8 +45,8 @@ pub(crate) struct WorkingPoint<'p, 'a> {
     pub(crate) point: Point,
     /// True where it is known which readings rows resolve.
     is_weighed: bool,
-    /// True where a step of the last fit went too far.
-    pub(crate) went_too_far: bool,
+    /// True where a step of the last fit went too far, or it ended before it had settled: its set counts by what the point has reached.
+    pub(crate) counts_as_reached: bool,
     /// Candidates that no look is along.
     pub(super) left_out: BTreeSet<usize>,
 }
@@ -133,7 +133,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             levels,
             point: problem.origin(),
             is_weighed: true,
-            went_too_far: false,
+            counts_as_reached: false,
             left_out: BTreeSet::new(),
         }
     }

@@ -127,9 +127,11 @@ pub(crate) struct Prior {
     pub(crate) log_share: f64,
     /// True where the model itself says that the effect is missing: with and without it are alike likely.
     pub(crate) is_expected: bool,
+    /// True where it needs a medium of which the model tells nothing.
+    pub(crate) is_untold: bool,
 }
 
-/// Prior of each candidate in a medium; less where it needs another medium. A model that `lacks_fluid` in a medium that has
+/// Prior of each candidate in a medium. A model that `lacks_fluid` in a medium that has
 /// one is expected to lack what every fluid does, on the body that it names.
 pub(crate) fn priors(
     candidates: &[Candidate],
@@ -150,11 +152,6 @@ pub(crate) fn priors(
             (_, false) => 1.0 - options.elaborate_form,
         };
         let effect = effects::effect(of.effect);
-        // Air is everywhere.
-        let reason = match effect.medium() > medium.max(Medium::Air) {
-            true => options.untold_medium,
-            false => 1.0,
-        };
         let usual = match effect.is_refinement() {
             true => options.refinement,
             false => 1.0,
@@ -165,9 +162,11 @@ pub(crate) fn priors(
         Prior {
             log_share: match is_expected {
                 true => form.ln(),
-                false => (form * reason * usual / (effects * targets.len() as f64)).ln(),
+                false => (form * usual / (effects * targets.len() as f64)).ln(),
             },
             is_expected,
+            // Air is everywhere.
+            is_untold: effect.medium() > medium.max(Medium::Air),
         }
     };
     candidates.iter().map(prior).collect()
@@ -398,7 +397,7 @@ fn greatest_extent(scale: &BodyScale) -> f64 {
     scale.extent.into_iter().fold(0.0, f64::max)
 }
 
-/// True where a body stays so far from surface or walls in all trials that it does not feel them: its drag and added
+/// True where a body stays so far below or above the surface, or so far from walls, in all trials that it does not feel them: its drag and added
 /// mass there would be drag and added mass by another name.
 fn is_out_of_reach(
     boundary: NearBoundary,
@@ -410,11 +409,15 @@ fn is_out_of_reach(
     let Some(base) = (model.base.as_ref()).filter(|base| base.body == body.name) else {
         return false;
     };
-    let distance = match boundary {
-        NearBoundary::FreeSurface => model.waterline - typical.highest[base.qpos + 2],
-        NearBoundary::Wall => typical.clearance,
-    };
-    distance > reach * greatest_extent(&body.scale)
+    let reach = reach * greatest_extent(&body.scale);
+    match boundary {
+        NearBoundary::FreeSurface => {
+            let height = base.qpos + 2;
+            let (lowest, highest) = (typical.lowest[height], typical.highest[height]);
+            model.waterline - highest > reach || lowest - model.waterline > reach
+        }
+        NearBoundary::Wall => typical.clearance > reach,
+    }
 }
 
 /// True where something that moves goes far enough to feel depths and distances change.

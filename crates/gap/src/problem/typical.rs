@@ -14,6 +14,8 @@ pub(crate) struct Typical {
     pub(crate) travel: Vec<f64>,
     /// Middle of the range of every position.
     pub(crate) middle: Vec<f64>,
+    /// Least value of every position.
+    pub(crate) lowest: Vec<f64>,
     /// Largest value of every position.
     pub(crate) highest: Vec<f64>,
     /// Least distance of a base that swims free from a wall.
@@ -81,6 +83,7 @@ impl Typical {
                 .map(|(low, high)| 0.5 * (low + high))
                 .map(|middle| if middle.is_finite() { middle } else { 0.0 })
                 .collect(),
+            lowest,
             highest,
             clearance,
             command,

@@ -184,10 +184,10 @@ fn a_point_that_settles_reaches_what_was_promised() {
             (trusted - before - promised).abs() < 1e-6 * promised,
             "{trusted} {before}"
         );
-        working.went_too_far = true;
+        working.counts_as_reached = true;
         let distrusted = counted(&working);
         assert!(distrusted < trusted - 20.0, "{distrusted} {trusted}");
-        working.went_too_far = false;
+        working.counts_as_reached = false;
         assert!(promised > 20.0, "{promised}");
         assert!(working.settle(None).unwrap());
         let (after, left) = reached(&working);

@@ -169,11 +169,11 @@ fn a_value_at_the_edge_of_what_is_plausible_is_no_name() {
         (named.outcome, named.remarks.join("; "))
     };
     assert_eq!(scaled(1.2), (Outcome::Named, String::new()));
-    let (outcome, remarks) = scaled(2.2);
+    let (outcome, remarks) = scaled(1.45);
     assert_eq!(outcome, Outcome::Unknown);
     let said = [
         "the likeliest explanation is not named, for values are at the end of what is plausible: `scale` of a sensor scale on `dvl` is",
-        "to 1.5; plausible: 0.5 to 1.5)",
+        "to 1.3; plausible: 0.7 to 1.3)",
     ];
     assert!(
         remarks.starts_with(said[0]) && remarks.ends_with(said[1]),

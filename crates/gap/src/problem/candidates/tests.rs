@@ -19,6 +19,7 @@ fn usual(model: &PlantDescription) -> Typical {
         speed: vec![0.1; model.nv],
         travel: vec![1.0; model.nq],
         middle: vec![0.0; model.nq],
+        lowest: vec![0.0; model.nq],
         highest: vec![0.0; model.nq],
         clearance: f64::INFINITY,
         command: vec![1.0; model.actuators.len()],
@@ -271,14 +272,15 @@ fn effects_of_water_need_water() {
         }
     }
     let all = tried(Option::None);
-    let share = |id: Id, medium: Medium| {
+    let is_untold = |id: Id, medium: Medium| {
         let at = all.iter().position(|of| of.effect == id).unwrap();
-        priors(&all, (medium, Option::None), &options)[at].log_share
+        priors(&all, (medium, Option::None), &options)[at].is_untold
     };
-    let less = share(Id::AddedMass, None) - share(Id::AddedMass, Water);
-    assert!((less - options.untold_medium.ln()).abs() < 1e-12);
-    let same = share(Id::QuadraticDrag, None) - share(Id::QuadraticDrag, Water);
-    assert_eq!(same, 0.0);
+    // Air is everywhere.
+    for (medium, of_water) in [(None, true), (Air, true), (Water, false)] {
+        assert_eq!(is_untold(Id::AddedMass, medium), of_water, "{medium:?}");
+        assert!(!is_untold(Id::QuadraticDrag, medium), "{medium:?}");
+    }
     // What every fluid has is expected where the model has none, on the body that it names and in a medium that has it.
     let expected = |medium: Medium, body: Option<&str>| -> Vec<Id> {
         let priors = priors(&all, (medium, body), &options);
@@ -300,10 +302,11 @@ fn effects_of_water_need_water() {
 #[test]
 fn a_body_that_stays_away_does_not_feel_the_surface_nor_a_wall() {
     let mut model = RigidBody::new().description().clone();
-    let felt = |model: &PlantDescription, highest: f64| {
+    let felt = |model: &PlantDescription, height: f64| {
         let mut typical = usual(model);
-        typical.clearance = -highest;
-        typical.highest[2] = highest;
+        typical.clearance = height.abs();
+        typical.lowest[2] = height;
+        typical.highest[2] = height;
         let candidates = enumerate(
             model,
             &NO_CHANNELS,
@@ -318,6 +321,7 @@ fn a_body_that_stays_away_does_not_feel_the_surface_nor_a_wall() {
     // As far from a wall as it is deep.
     assert_eq!(felt(&model, -1.1), (true, true));
     assert_eq!(felt(&model, -1.3), (false, false));
+    assert_eq!(felt(&model, 1.3), (false, false));
     model.waterline = -0.5;
     assert_eq!(felt(&model, -1.3), (true, false));
     assert_eq!(felt(&model, -1.8), (false, false));
@@ -332,6 +336,7 @@ fn speeds_come_from_what_translates() {
         speed: vec![3.0, 4.0, 0.0, 0.6, 0.8, 0.0],
         travel: vec![1.0; model.nq],
         middle: vec![0.0; model.nq],
+        lowest: vec![0.0; model.nq],
         highest: vec![0.0; model.nq],
         clearance: 0.0,
         command: vec![1.0; model.actuators.len()],
