@@ -51,3 +51,34 @@ impl Choices<'_> {
         log + (1..=unexpected).map(|at| (at as f64).ln()).sum::<f64>()
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use hydro_effects::{Id, Medium};
+
+    use crate::{
+        likelihood::search::Choices,
+        tests::{fake::RigidBody, on_prepared, trial},
+    };
+
+    /// A tenth of what is explained beyond no effect, and nothing of drag, for air is everywhere.
+    #[test]
+    fn water_of_which_the_model_tells_nothing_needs_a_reason() {
+        for (medium, part) in [(Medium::None, 0.1), (Medium::Water, 0.0)] {
+            let trials = vec![trial("one", &[], &[0.0, 0.0], 1, 1.0)];
+            on_prepared(&RigidBody::within(medium), trials, |problem, _| {
+                let choices = Choices::new(problem, &problem.origin(), &[]).against_none(-100.0);
+                let odds = |id: Id, log_likelihood: f64| {
+                    let mut all = problem.candidates.iter();
+                    let at = all.position(|of| of.effect == id).unwrap();
+                    choices.log_medium_odds(&[(at, 0, 0, None)], log_likelihood)
+                };
+                let expected = -part * 40.0;
+                assert!((odds(Id::AddedMass, -60.0) - expected).abs() < 1e-12);
+                assert_eq!(odds(Id::QuadraticDrag, -60.0), 0.0);
+                assert_eq!(odds(Id::AddedMass, -130.0), 0.0);
+            });
+        }
+    }
+}

@@ -140,6 +140,13 @@ impl RigidBody {
         body
     }
 
+    /// One whose nominal tells of a medium.
+    pub(crate) fn within(medium: hydro_effects::Medium) -> Self {
+        let mut body = Self::new();
+        body.description.medium = medium;
+        body
+    }
+
     /// One whose drag pushes.
     pub(crate) fn unstable() -> Self {
         Self {
