@@ -82,6 +82,7 @@ fn explain_without<'p>(
         return Err(diverges(problem));
     };
     let none = best.without_effects();
+    working.without_effects = Some(none);
     let expected = (problem.priors.iter().zip(0..)).filter(|(prior, _)| prior.is_expected);
     let mut seen = Seen::beside(expected.map(|of| of.1).collect());
     // No effect with the numbers refitted: what effects, refitted too, have to be likelier than.
@@ -200,7 +201,7 @@ fn refitted<'p, 'a>(
 /// One sweep about a point, and what was found from there.
 struct Look<'p> {
     point: Point,
-    /// True where the point's values have settled.
+    /// True where the point's values are not fitted again.
     settled: bool,
     /// True where the point's set counts by what the point has reached.
     counts_as_reached: bool,

@@ -115,9 +115,9 @@ impl<'a> Explanation<'a> {
         &self.found[self.sets[set].best]
     }
 
-    /// Log posterior of a set in its likeliest form, at its likeliest level.
-    pub(crate) fn log_posterior(&self, set: usize) -> f64 {
-        self.found(set).log_posterior
+    /// Log likelihood of a set in its likeliest form, at its likeliest level.
+    pub(crate) fn log_likelihood(&self, set: usize) -> f64 {
+        self.found(set).log_likelihood
     }
 
     /// True for the set about which the readings were linearised last.

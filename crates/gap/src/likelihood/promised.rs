@@ -1,7 +1,7 @@
 //! The likelihood that a set gains from the point of a sweep to its best values, as far as first order tells.
 //!
-//! At a point that has settled it is nothing. At one whose steps went too far it is a promise that was not kept, so that the set
-//! counts by what its point has reached.
+//! At a point that has settled it is nothing. At one whose steps went too far, or whose sweeps ended before it had settled, it is a
+//! promise that was not kept, so that the set counts by what its point has reached.
 
 use nalgebra::DVector;
 

@@ -25,12 +25,13 @@ impl Choices<'_> {
         -(beside as f64) * self.options().form_error.powi(2) * self.gain(log_likelihood)
     }
 
-    /// Log of the odds that no error of form of what a set holds beside gives what its effects of a medium explain of which the model
-    /// tells nothing: a part of what the whole explains each. Water about a cart or an arm needs a reason.
-    pub(super) fn log_medium_odds(&self, members: &[Member], log_likelihood: f64) -> f64 {
-        let is_untold = |of: &&Member| self.problem.priors[of.0].is_untold;
-        let untold = members.iter().filter(is_untold).count();
-        -(untold as f64) * self.options().untold_medium * self.gain(log_likelihood)
+    /// Log of the odds that no error of form of dry effects gives what is explained by effects of a medium of which the model tells
+    /// nothing: a part of what the whole explains, once. Water about a cart or an arm needs a reason.
+    pub(super) fn log_medium_odds(&self, set: &[usize], log_likelihood: f64) -> f64 {
+        match set.iter().any(|of| self.problem.priors[*of].is_untold) {
+            true => -self.options().untold_medium * self.gain(log_likelihood),
+            false => 0.0,
+        }
     }
 
     /// What a set of some log likelihood explains beyond no effect [nat]; nothing where none was looked at.
@@ -72,7 +73,7 @@ mod tests {
                 let odds = |id: Id, log_likelihood: f64| {
                     let mut all = problem.candidates.iter();
                     let at = all.position(|of| of.effect == id).unwrap();
-                    choices.log_medium_odds(&[(at, 0, 0, None)], log_likelihood)
+                    choices.log_medium_odds(&[at], log_likelihood)
                 };
                 let expected = -part * 40.0;
                 assert!((odds(Id::AddedMass, -60.0) - expected).abs() < 1e-12);

@@ -49,7 +49,8 @@ impl WorkingPoint<'_, '_> {
         let options = &self.problem.settings.options.likelihood;
         let mut before: Option<(Vec<Track>, Point)> = None;
         let mut part = 1.0;
-        let mut is_settled = false;
+        // True once the values have settled, or are not worth it.
+        let mut is_done = false;
         for _ in 0..SETTLING {
             let Some(swept) = self.sweep(Some(&[]), Keep::Columns, None)? else {
                 return Ok(None);
@@ -77,12 +78,8 @@ impl WorkingPoint<'_, '_> {
             let (point, z) = level.moved(self.problem, &self.point, &[], best);
             self.smooth(&swept, &z, level.sizes)?;
             self.point = point;
-            for (candidate, form) in forms {
-                let row = self.point.candidates.iter().position(|of| *of == candidate);
-                if let Some(row) = row {
-                    self.point.forms[row] = form;
-                }
-            }
+            let reforms = self.point.forms != forms;
+            self.point.forms = forms;
             let logs = found
                 .iter()
                 .map(|of| (swept.levels[of.level].sizes, of.log_likelihood));
@@ -93,7 +90,7 @@ impl WorkingPoint<'_, '_> {
                 self.levels.all.clone_from(&self.levels.near);
             }
             let change = last.map(|(last, _)| (now - last).abs());
-            is_settled = change.is_some_and(|change| change < SETTLED * part);
+            let is_settled = !reforms && change.is_some_and(|change| change < SETTLED * part);
             let is_hopeless = (change.zip(least))
                 .is_some_and(|(change, least)| now + options.hoped * change < least);
             last = Some((now, reached));
@@ -102,36 +99,38 @@ impl WorkingPoint<'_, '_> {
                 self.point = from.1.on_the_way(&self.point, part);
             }
             before = Some(from);
-            if is_settled || is_hopeless {
+            is_done = is_settled || is_hopeless;
+            if is_done {
                 break;
             }
         }
         // A step that was not looked at may have been too far again.
-        self.counts_as_reached = part < 1.0 || !is_settled;
+        self.counts_as_reached = part < 1.0 || !is_done;
         if let Some((tracks, point)) = before.filter(|_| part < 1.0) {
             (self.tracks, self.point) = (tracks, point);
         }
         Ok(sizes)
     }
 
-    /// Sizes of the errors of form, by candidate, with which the point's set is likeliest beside any of the disturbances, one
-    /// candidate after the other.
-    fn likeliest_forms(&self, levels: &[Level]) -> Vec<(usize, [f64; 2])> {
+    /// Sizes of the errors of form with which the point's set is likeliest beside any of the disturbances, one candidate after the
+    /// other.
+    fn likeliest_forms(&self, levels: &[Level]) -> Vec<[f64; 2]> {
         let log = |levels: &[Level]| {
             let found = self.own_sets(levels);
             likeliest(&found).map_or(f64::NEG_INFINITY, |of| of.log_posterior)
         };
         let mut best = log(levels);
         let mut at_best: Option<Vec<Level>> = None;
-        let of_candidate = self.point.candidates.iter().zip(&self.point.forms);
-        let likeliest = of_candidate.map(|(candidate, form)| {
-            let mut now = *form;
-            for (error, now) in now.iter_mut().enumerate() {
-                for other in self.problem.settings.options.likelihood.form_sizes {
-                    let from = at_best.as_deref().unwrap_or(levels);
-                    let tried = from
-                        .iter()
-                        .map(|of| of.with_form(*candidate, error, other / *now));
+        let sizes = self.problem.settings.options.likelihood.form_sizes;
+        let mut forms = self.point.forms.clone();
+        for (candidate, form) in self.point.candidates.iter().zip(&mut forms) {
+            for (error, now) in form.iter_mut().enumerate() {
+                for other in sizes {
+                    if other == *now {
+                        continue;
+                    }
+                    let from = at_best.as_deref().unwrap_or(levels).iter();
+                    let tried = from.map(|of| of.with_form(*candidate, error, other / *now));
                     let tried: Vec<Level> = tried.collect();
                     let found = log(&tried);
                     if found > best {
@@ -139,15 +138,17 @@ impl WorkingPoint<'_, '_> {
                     }
                 }
             }
-            (*candidate, now)
-        });
-        likeliest.collect()
+        }
+        forms
     }
 
     /// The point's set on the likelihood of a sweep without directions.
     pub(super) fn own_set(&self, level: &Level) -> Option<Found> {
         let choices = Choices::new(self.problem, &self.point, &[]);
-        let choices = &choices;
+        let choices = &match self.without_effects {
+            Some(log_likelihood) => choices.against_none(log_likelihood),
+            None => choices,
+        };
         Search { level, choices }.whole(&self.point.candidates)
     }
 
@@ -157,7 +158,7 @@ impl WorkingPoint<'_, '_> {
         levels.filter_map(|level| self.own_set(level)).collect()
     }
 
-    /// The same, as likely as the point is where a step of its fit went too far.
+    /// The same, as likely as the point is where its fit did not end as first order has it.
     pub(crate) fn reached(&self, levels: &[Level]) -> Vec<Found> {
         let mut found = self.own_sets(levels);
         for of in found.iter_mut().filter(|_| self.counts_as_reached) {

@@ -47,6 +47,8 @@ pub(crate) struct WorkingPoint<'p, 'a> {
     is_weighed: bool,
     /// True where a step of the last fit went too far, or it ended before it had settled: its set counts by what the point has reached.
     pub(crate) counts_as_reached: bool,
+    /// Log likelihood without effects, where sets are compared with none.
+    pub(super) without_effects: Option<f64>,
     /// Candidates that no look is along.
     pub(super) left_out: BTreeSet<usize>,
 }
@@ -134,6 +136,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             point: problem.origin(),
             is_weighed: true,
             counts_as_reached: false,
+            without_effects: None,
             left_out: BTreeSet::new(),
         }
     }

@@ -131,7 +131,7 @@ pub(crate) struct Prior {
     pub(crate) is_untold: bool,
 }
 
-/// Prior of each candidate in a medium. A model that `lacks_fluid` in a medium that has
+/// Prior of each candidate in a medium; less where it needs another medium. A model that `lacks_fluid` in a medium that has
 /// one is expected to lack what every fluid does, on the body that it names.
 pub(crate) fn priors(
     candidates: &[Candidate],
@@ -152,6 +152,12 @@ pub(crate) fn priors(
             (_, false) => 1.0 - options.elaborate_form,
         };
         let effect = effects::effect(of.effect);
+        // Air is everywhere.
+        let is_untold = effect.medium() > medium.max(Medium::Air);
+        let reason = match is_untold {
+            true => options.untold_medium,
+            false => 1.0,
+        };
         let usual = match effect.is_refinement() {
             true => options.refinement,
             false => 1.0,
@@ -162,11 +168,10 @@ pub(crate) fn priors(
         Prior {
             log_share: match is_expected {
                 true => form.ln(),
-                false => (form * usual / (effects * targets.len() as f64)).ln(),
+                false => (form * reason * usual / (effects * targets.len() as f64)).ln(),
             },
             is_expected,
-            // Air is everywhere.
-            is_untold: effect.medium() > medium.max(Medium::Air),
+            is_untold,
         }
     };
     candidates.iter().map(prior).collect()
@@ -397,8 +402,8 @@ fn greatest_extent(scale: &BodyScale) -> f64 {
     scale.extent.into_iter().fold(0.0, f64::max)
 }
 
-/// True where a body stays so far below or above the surface, or so far from walls, in all trials that it does not feel them: its drag and added
-/// mass there would be drag and added mass by another name.
+/// True where a body stays so far below or above the surface, or so far from walls, in all trials that it does not feel them: its
+/// drag and added mass there would be drag and added mass by another name.
 fn is_out_of_reach(
     boundary: NearBoundary,
     model: &PlantDescription,

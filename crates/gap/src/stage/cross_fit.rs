@@ -23,11 +23,11 @@ pub(crate) fn cross_fit(explanation: &Explanation<'_>, naming: &Naming) -> Vec<W
     let without = |set: usize, out: usize| {
         let level = explanation.level(set);
         let others = level.without(out)?;
-        let all = explanation.refitted(set, level)?.log_posterior;
+        let all = explanation.refitted(set, level)?.log_likelihood;
         let found = explanation.refitted(set, &others)?;
         // What first order about another set makes of this one is shared out over the trials.
-        let overstated = (all - explanation.log_posterior(set)) / trials as f64;
-        let density = all - found.log_posterior - overstated;
+        let overstated = (all - explanation.log_likelihood(set)) / trials as f64;
+        let density = all - found.log_likelihood - overstated;
         Some((explanation.point_of(&others, &found), density))
     };
     let nothing = explanation.nothing();

@@ -189,7 +189,12 @@ fn a_point_that_settles_reaches_what_was_promised() {
         assert!(distrusted < trusted - 20.0, "{distrusted} {trusted}");
         working.counts_as_reached = false;
         assert!(promised > 20.0, "{promised}");
+        // What is not worth it ends early, and counts as first order has it.
+        let mut hopeless = working.clone();
+        assert!(hopeless.settle(Some(1e12)).unwrap());
+        assert!(!hopeless.counts_as_reached);
         assert!(working.settle(None).unwrap());
+        assert!(!working.counts_as_reached);
         let (after, left) = reached(&working);
         assert!(left < 1.0, "{left}");
         let gained = after - before;
