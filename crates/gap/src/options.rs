@@ -127,8 +127,6 @@ options! {
         periods: f64 = 1.5,
         /// Prior probability of the form of an effect that has its optional parameters.
         elaborate_form: f64 = 0.2,
-        /// Factor on the prior probability of an effect of a medium that the model tells nothing of.
-        untold_medium: f64 = 0.1,
         /// Prior odds of an effect that refines another, a memory of drag say, against that one.
         refinement: f64 = 0.1,
         /// Least speed [m/s] and rate [rad/s] that scale a prior.
@@ -353,7 +351,8 @@ options! {
         largest_shift: f64 = 5.0,
         /// Relative error of the form of an effect of the catalogue, and of the terms that it neglects.
         form_error: f64 = 0.15,
-        /// Part of what a set explains that its effects of a medium must bring of which the model tells nothing, together.
+        /// Prior odds of a set with effects of a medium of which the model tells nothing, and the part of what it explains that
+        /// these must bring together.
         untold_medium: f64 = 0.1,
         /// Factors on the errors of an effect's form that are tried.
         form_sizes: [f64; 3] = [1.0, 0.3, 0.1],

@@ -25,11 +25,14 @@ impl Choices<'_> {
         -(beside as f64) * self.options().form_error.powi(2) * self.gain(log_likelihood)
     }
 
-    /// Log of the odds that no error of form of dry effects gives what is explained by effects of a medium of which the model tells
-    /// nothing: a part of what the whole explains, once. Water about a cart or an arm needs a reason.
+    /// Log of the odds of effects of a medium of which the model tells nothing, and that no error of form of dry effects gives what
+    /// they explain: a part of what the whole explains, once. Water about a cart or an arm needs a reason.
     pub(super) fn log_medium_odds(&self, set: &[usize], log_likelihood: f64) -> f64 {
         match set.iter().any(|of| self.problem.priors[*of].is_untold) {
-            true => -self.options().untold_medium * self.gain(log_likelihood),
+            true => {
+                let part = self.options().untold_medium;
+                part.ln().min(-part * self.gain(log_likelihood))
+            }
             false => 0.0,
         }
     }
@@ -63,10 +66,11 @@ mod tests {
         tests::{fake::RigidBody, on_prepared, trial},
     };
 
-    /// A tenth of what is explained beyond no effect, and nothing of drag, for air is everywhere.
+    /// A tenth of what is explained beyond no effect, odds of one to ten where that is little, and nothing of drag, for air is everywhere.
     #[test]
     fn water_of_which_the_model_tells_nothing_needs_a_reason() {
-        for (medium, part) in [(Medium::None, 0.1), (Medium::Water, 0.0)] {
+        for (medium, part, least) in [(Medium::None, 0.1, 0.1_f64.ln()), (Medium::Water, 0.0, 0.0)]
+        {
             let trials = vec![trial("one", &[], &[0.0, 0.0], 1, 1.0)];
             on_prepared(&RigidBody::within(medium), trials, |problem, _| {
                 let choices = Choices::new(problem, &problem.origin(), &[]).against_none(-100.0);
@@ -78,7 +82,8 @@ mod tests {
                 let expected = -part * 40.0;
                 assert!((odds(Id::AddedMass, -60.0) - expected).abs() < 1e-12);
                 assert_eq!(odds(Id::QuadraticDrag, -60.0), 0.0);
-                assert_eq!(odds(Id::AddedMass, -130.0), 0.0);
+                assert_eq!(odds(Id::AddedMass, -95.0), least);
+                assert_eq!(odds(Id::AddedMass, -130.0), least);
             });
         }
     }

@@ -131,7 +131,7 @@ pub(crate) struct Prior {
     pub(crate) is_untold: bool,
 }
 
-/// Prior of each candidate in a medium; less where it needs another medium. A model that `lacks_fluid` in a medium that has
+/// Prior of each candidate in a medium. A model that `lacks_fluid` in a medium that has
 /// one is expected to lack what every fluid does, on the body that it names.
 pub(crate) fn priors(
     candidates: &[Candidate],
@@ -152,12 +152,6 @@ pub(crate) fn priors(
             (_, false) => 1.0 - options.elaborate_form,
         };
         let effect = effects::effect(of.effect);
-        // Air is everywhere.
-        let is_untold = effect.medium() > medium.max(Medium::Air);
-        let reason = match is_untold {
-            true => options.untold_medium,
-            false => 1.0,
-        };
         let usual = match effect.is_refinement() {
             true => options.refinement,
             false => 1.0,
@@ -168,10 +162,11 @@ pub(crate) fn priors(
         Prior {
             log_share: match is_expected {
                 true => form.ln(),
-                false => (form * reason * usual / (effects * targets.len() as f64)).ln(),
+                false => (form * usual / (effects * targets.len() as f64)).ln(),
             },
             is_expected,
-            is_untold,
+            // Air is everywhere.
+            is_untold: effect.medium() > medium.max(Medium::Air),
         }
     };
     candidates.iter().map(prior).collect()

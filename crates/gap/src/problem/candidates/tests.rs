@@ -251,7 +251,7 @@ fn what_another_holds_already_clashes() {
     assert_eq!(weight.mechanism(), away.mechanism());
 }
 
-/// A stated medium leaves out what needs a thicker one; one that the model does not tell of makes it less likely.
+/// A stated medium leaves out what needs a thicker one; one that the model does not tell of needs a reason.
 #[test]
 fn effects_of_water_need_water() {
     let model = RigidBody::new().description().clone();
