@@ -268,9 +268,8 @@ impl Search<'_> {
         Found {
             log_likelihood,
             log_posterior: log_likelihood
-                + self.choices.log_prior(&set)
+                + self.choices.log_odds(&set, log_likelihood)
                 + self.choices.log_form_odds(&members, log_likelihood)
-                + self.choices.log_medium_odds(&set, log_likelihood)
                 + (self.level).log_prior(!set.is_empty(), self.choices.options()),
             set,
             level: self.level.number,
@@ -322,29 +321,18 @@ impl Search<'_> {
                     return None;
                 }
                 let mean = log_sum(logs.iter().copied()) - (logs.len() as f64).ln();
-                let larger = with(&set.set, *candidate);
-                Some((
-                    *candidate,
-                    mean + self.log_odds(&larger, set.log_likelihood + mean),
-                ))
+                Some((*candidate, mean))
             })
             .collect();
-        for (candidate, log) in self.by_trial(set) {
-            let larger = with(&set.set, candidate);
-            found.push((
-                candidate,
-                log + self.log_odds(&larger, set.log_likelihood + log),
-            ));
+        found.extend(self.by_trial(set));
+        for (candidate, log) in &mut found {
+            let larger = with(&set.set, *candidate);
+            *log += self.choices.log_odds(&larger, set.log_likelihood + *log);
         }
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut seen = BTreeSet::new();
         let found = found.into_iter().map(|(candidate, _)| candidate);
         found.filter(|candidate| seen.insert(*candidate)).collect()
-    }
-
-    /// Log of the odds of a set beside its likelihood, as far as they differ between effects that are added.
-    fn log_odds(&self, set: &[usize], log_likelihood: f64) -> f64 {
-        self.choices.log_prior(set) + self.choices.log_medium_odds(set, log_likelihood)
     }
 
     /// True where the likelihood of each trial is known, of several, and of all columns.

@@ -25,9 +25,14 @@ impl Choices<'_> {
         -(beside as f64) * self.options().form_error.powi(2) * self.gain(log_likelihood)
     }
 
+    /// Log of the odds of a set beside its likelihood, but for those of errors of form.
+    pub(super) fn log_odds(&self, set: &[usize], log_likelihood: f64) -> f64 {
+        self.log_prior(set) + self.log_medium_odds(set, log_likelihood)
+    }
+
     /// Log of the odds of effects of a medium of which the model tells nothing, and that no error of form of dry effects gives what
     /// they explain: a part of what the whole explains, once. Water about a cart or an arm needs a reason.
-    pub(super) fn log_medium_odds(&self, set: &[usize], log_likelihood: f64) -> f64 {
+    fn log_medium_odds(&self, set: &[usize], log_likelihood: f64) -> f64 {
         match set.iter().any(|of| self.problem.priors[*of].is_untold) {
             true => {
                 let part = self.options().untold_medium;
@@ -44,7 +49,7 @@ impl Choices<'_> {
     }
 
     /// Log prior of a set: so many effects, and these.
-    pub(super) fn log_prior(&self, set: &[usize]) -> f64 {
+    fn log_prior(&self, set: &[usize]) -> f64 {
         let another = self.options().another_effect;
         let priors = || set.iter().map(|candidate| self.problem.priors[*candidate]);
         let unexpected = priors().filter(|of| !of.is_expected).count();
