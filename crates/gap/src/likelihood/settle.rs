@@ -78,8 +78,15 @@ impl WorkingPoint<'_, '_> {
             let (point, z) = level.moved(self.problem, &self.point, &[], best);
             self.smooth(&swept, &z, level.sizes)?;
             self.point = point;
-            let reforms = self.point.forms != forms;
-            self.point.forms = forms;
+            // The point's candidates may stand in another order than before.
+            let mut reforms = false;
+            for (candidate, form) in forms {
+                let row = self.point.candidates.iter().position(|of| *of == candidate);
+                if let Some(row) = row {
+                    reforms |= self.point.forms[row] != form;
+                    self.point.forms[row] = form;
+                }
+            }
             let logs = found
                 .iter()
                 .map(|of| (swept.levels[of.level].sizes, of.log_likelihood));
@@ -112,9 +119,9 @@ impl WorkingPoint<'_, '_> {
         Ok(sizes)
     }
 
-    /// Sizes of the errors of form with which the point's set is likeliest beside any of the disturbances, one candidate after the
-    /// other.
-    fn likeliest_forms(&self, levels: &[Level]) -> Vec<[f64; 2]> {
+    /// Sizes of the errors of form, by candidate, with which the point's set is likeliest beside any of the disturbances, one
+    /// candidate after the other.
+    fn likeliest_forms(&self, levels: &[Level]) -> Vec<(usize, [f64; 2])> {
         let log = |levels: &[Level]| {
             let found = self.own_sets(levels);
             likeliest(&found).map_or(f64::NEG_INFINITY, |of| of.log_posterior)
@@ -139,7 +146,7 @@ impl WorkingPoint<'_, '_> {
                 }
             }
         }
-        forms
+        self.point.candidates.iter().copied().zip(forms).collect()
     }
 
     /// The point's set on the likelihood of a sweep without directions.
