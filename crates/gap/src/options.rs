@@ -396,6 +396,9 @@ options! {
         hoped: f64 = 10.0,
         /// Effects that two sets share at least, and more than half of all theirs, where what one lost about itself the other loses.
         shared: usize = 3,
+        /// Sweeps that let the values of a set settle, at most: along precise readings of a motion that no set explains the
+        /// likelihood may fall by a few nats a sweep for as long.
+        settling: usize = 20,
         /// Loss of log likelihood with which a step of the fit has gone too far [nat]: from one linearisation to the next that of a
         /// good step may fall by some ten.
         too_far: f64 = 30.0,

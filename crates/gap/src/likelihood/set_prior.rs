@@ -42,7 +42,7 @@ impl Choices<'_> {
         }
     }
 
-    /// What a set of some log likelihood explains beyond no effect [nat]; nothing where none was looked at.
+    /// Log likelihood that a set gains over no effect [nat]; zero where the two are not compared.
     fn gain(&self, log_likelihood: f64) -> f64 {
         let none = self.without_effects.unwrap_or(f64::INFINITY);
         (log_likelihood - none).max(0.0)

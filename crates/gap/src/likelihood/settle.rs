@@ -18,10 +18,6 @@ use crate::{
     problem::point::Point,
 };
 
-/// Sweeps that let a working point settle, at most: along precise readings of a motion that no set explains the likelihood may fall by a
-/// few nats a sweep for as long.
-const SETTLING: usize = 20;
-
 impl WorkingPoint<'_, '_> {
     /// Lets starts, numbers, the set's values and the sizes of the disturbances settle, no other effect in sight; not to the end
     /// where it will hardly be as likely as `least`. False where a track blows up.
@@ -51,7 +47,7 @@ impl WorkingPoint<'_, '_> {
         let mut part = 1.0;
         // True once the values have settled, or are not worth it.
         let mut is_done = false;
-        for _ in 0..SETTLING {
+        for _ in 0..options.settling {
             let Some(swept) = self.sweep(Some(&[]), Keep::Columns, None)? else {
                 return Ok(None);
             };
@@ -74,7 +70,7 @@ impl WorkingPoint<'_, '_> {
                 continue;
             }
             let from = (self.tracks.clone(), self.point.clone());
-            let forms = self.likeliest_forms(&swept.levels);
+            let forms = self.likeliest_forms(&swept.levels, now);
             let (point, z) = level.moved(self.problem, &self.point, &[], best);
             self.smooth(&swept, &z, level.sizes)?;
             self.point = point;
@@ -120,13 +116,12 @@ impl WorkingPoint<'_, '_> {
     }
 
     /// Sizes of the errors of form, by candidate, with which the point's set is likeliest beside any of the disturbances, one
-    /// candidate after the other.
-    fn likeliest_forms(&self, levels: &[Level]) -> Vec<(usize, [f64; 2])> {
+    /// candidate after the other. `best`: its log posterior with those that it has.
+    fn likeliest_forms(&self, levels: &[Level], mut best: f64) -> Vec<(usize, [f64; 2])> {
         let log = |levels: &[Level]| {
             let found = self.own_sets(levels);
             likeliest(&found).map_or(f64::NEG_INFINITY, |of| of.log_posterior)
         };
-        let mut best = log(levels);
         let mut at_best: Option<Vec<Level>> = None;
         let sizes = self.problem.settings.options.likelihood.form_sizes;
         let mut forms = self.point.forms.clone();
