@@ -146,7 +146,7 @@ options! {
         /// Least noise of a logged command that is looked at, relative to its standard deviation.
         least_command_noise: f64 = 1e-3,
         /// Length on which commands are compared with smooth ones, all trials together [s].
-        command_seconds: f64 = 60.0,
+        command_seconds: f64 = 30.0,
         /// Least noise of mean readings in a table of steady states that declares none, in the standard deviation of its
         /// readings: rows are no series, so nothing else tells it but the scatter about a hypothesis.
         least_table_noise: f64 = 1e-3,

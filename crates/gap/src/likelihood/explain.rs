@@ -126,8 +126,7 @@ fn explain_without<'p>(
         let looked = match alone.take_if(|_| next.set.is_empty()) {
             Some((settled, _)) => {
                 working = settled;
-                let there = look(problem, &mut working, Some(none), &how)?;
-                there.map_or(Looked::NOWHERE, Looked::there)
+                look_settled(problem, &mut working, none, &how)?
             }
             None => {
                 best.go(&mut working, &next);
@@ -157,7 +156,15 @@ fn explain_without<'p>(
                     // Numbers that are not refitted favour whatever stands for them.
                     false => {
                         let worth = seen.worth(problem.settings.options.likelihood.worth_within);
-                        match look_if(problem, &mut working, none, &How::Some(&worth), None)? {
+                        let how = How::Some(&worth);
+                        let looked = match alone.take_if(|_| best.point.set().is_empty()) {
+                            Some((settled, _)) => {
+                                working = settled;
+                                look_settled(problem, &mut working, none, &how)?
+                            }
+                            None => look_if(problem, &mut working, none, &how, None)?,
+                        };
+                        match looked {
                             Looked::There(there) => Some(*there),
                             Looked::Behind(_) => None,
                         }
@@ -191,10 +198,7 @@ fn explain_without<'p>(
 fn refitted<'p, 'a>(
     mut alone: WorkingPoint<'p, 'a>,
 ) -> Result<Option<(WorkingPoint<'p, 'a>, f64)>, GapError> {
-    let log = match alone.settle(None)? {
-        true => alone.posterior()?,
-        false => None,
-    };
+    let log = alone.settled_posterior(None)?;
     Ok(log.map(|log| (alone, log)))
 }
 
@@ -248,11 +252,10 @@ fn look_if<'p>(
     least: Option<f64>,
 ) -> Result<Looked<'p>, GapError> {
     for _ in 0..HALVINGS {
-        if working.follow()? && working.settle(least)? {
-            if let Some(least) = least
-                && let Some(own) = working.posterior()?
-                && own < least
-            {
+        if working.follow()?
+            && let Some(own) = working.settled_posterior(least)?
+        {
+            if least.is_some_and(|least| own < least) {
                 return Ok(Looked::Behind(own));
             }
             if let Some(there) = look(problem, working, Some(none), how)? {
@@ -262,6 +265,17 @@ fn look_if<'p>(
         working.halve();
     }
     Ok(Looked::NOWHERE)
+}
+
+/// Looks from a point that has settled.
+fn look_settled<'p>(
+    problem: &'p Problem<'p>,
+    working: &mut WorkingPoint<'_, '_>,
+    none: f64,
+    how: &How<'_>,
+) -> Result<Looked<'p>, GapError> {
+    let there = look(problem, working, Some(none), how)?;
+    Ok(there.map_or(Looked::NOWHERE, Looked::there))
 }
 
 /// Looks from a point; `none`: log likelihood without effects, where it is known. `None` where a trial blows up.

@@ -4,7 +4,9 @@ use hydro_files::rounded;
 
 use crate::{
     error::GapError,
-    likelihood::working_point::WorkingPoint,
+    likelihood::{
+        force_scale::Unmodelled, levels::Levels, track::Track, working_point::WorkingPoint,
+    },
     problem::{command_noise, problem::Problem},
     progress::Watch,
 };
@@ -12,7 +14,7 @@ use crate::{
 impl Problem<'_> {
     /// The problem with smoothed commands where the readings are likelier under them than under those that were logged, all noisy
     /// ones together. Commands may be white by design; then the readings follow them. Both are compared on the beginning of every trial,
-    /// with the same noise in between, so that what a model lacks speaks for neither.
+    /// with the same noise in between, so that what a model lacks speaks for neither, and with the readings weighed alike.
     ///
     /// # Errors
     /// The plant refuses, or a stop was asked for.
@@ -23,10 +25,14 @@ impl Problem<'_> {
         };
         let quiet = Watch::silent(watch.stop);
         self.command_noise = smoothed.noise;
-        let logged = log_likelihood(&self, &quiet)?;
+        // Weighed under the commands as logged.
+        let Some(start) = start(&self, &quiet)? else {
+            return Ok(self.with_logged_commands());
+        };
+        let logged = log_likelihood(&self, &quiet, start.clone())?;
         let mut others = smoothed.data;
         self.exchange_commands(&mut others);
-        let smooth = log_likelihood(&self, &quiet)?;
+        let smooth = log_likelihood(&self, &quiet, start)?;
         if logged
             .zip(smooth)
             .is_some_and(|(logged, smooth)| smooth > logged)
@@ -43,9 +49,14 @@ impl Problem<'_> {
             ));
         } else {
             self.exchange_commands(&mut others);
-            self.command_noise.clear();
+            self = self.with_logged_commands();
         }
         Ok(self)
+    }
+
+    fn with_logged_commands(mut self) -> Self {
+        self.command_noise.clear();
+        self
     }
 
     fn exchange_commands(&mut self, others: &mut [Vec<f64>]) {
@@ -55,9 +66,21 @@ impl Problem<'_> {
     }
 }
 
-/// That of the nominal at the likeliest unmodelled forces; `None` where it diverges.
-fn log_likelihood(problem: &Problem<'_>, watch: &Watch<'_>) -> Result<Option<f64>, GapError> {
+/// The beginning of every trial as the nominal follows it, its readings weighed, and the disturbances beside it.
+type Start = (Vec<Track>, (Unmodelled, Levels));
+
+fn start(problem: &Problem<'_>, watch: &Watch<'_>) -> Result<Option<Start>, GapError> {
     let mut working = WorkingPoint::new(problem, watch)?;
     working.keep_first(problem.settings.options.candidates.command_seconds);
-    working.followed_likelihood()
+    let follows = working.follow()?;
+    Ok(follows.then_some((working.tracks, (working.unmodelled, working.levels))))
+}
+
+/// Log likelihood of the nominal beside the likeliest disturbances, on from a start; `None` where it diverges.
+fn log_likelihood(
+    problem: &Problem<'_>,
+    watch: &Watch<'_>,
+    (tracks, disturbances): Start,
+) -> Result<Option<f64>, GapError> {
+    WorkingPoint::along(problem, watch, tracks, disturbances).followed_likelihood()
 }

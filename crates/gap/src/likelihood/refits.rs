@@ -21,7 +21,7 @@ impl WorkingPoint<'_, '_> {
     /// blows up.
     pub(crate) fn settled_evidence(&mut self) -> Result<Option<f64>, GapError> {
         self.keep_least();
-        if !(self.follow()? && self.settle(None)?) {
+        if !(self.follow()? && self.settle(None)?.is_some()) {
             return Ok(None);
         }
         let swept = self.sweep(Some(&[]), Keep::Likelihood, None)?;
@@ -31,7 +31,7 @@ impl WorkingPoint<'_, '_> {
 
     /// The same beside the likeliest disturbances.
     pub(crate) fn settled_likelihood(&mut self) -> Result<Option<f64>, GapError> {
-        if !(self.follow()? && self.settle(None)?) {
+        if !(self.follow()? && self.settle(None)?.is_some()) {
             return Ok(None);
         }
         Ok(self.likeliest()?.map(|of| of.log_likelihood))

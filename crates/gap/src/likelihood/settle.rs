@@ -18,10 +18,16 @@ use crate::{
     problem::point::Point,
 };
 
+/// A point that has settled, or whose sweeps have ended.
+pub(crate) struct Settled {
+    /// Log posterior of its set in its last sweep; none where its values still moved.
+    log_posterior: Option<f64>,
+}
+
 impl WorkingPoint<'_, '_> {
     /// Lets starts, numbers, the set's values and the sizes of the disturbances settle, no other effect in sight; not to the end
-    /// where it will hardly be as likely as `least`. False where a track blows up.
-    pub(crate) fn settle(&mut self, least: Option<f64>) -> Result<bool, GapError> {
+    /// where it will hardly be as likely as `least`. `None` where a track blows up.
+    pub(crate) fn settle(&mut self, least: Option<f64>) -> Result<Option<Settled>, GapError> {
         let levels = self.levels.clone();
         let least_force = self.problem.settings.options.likelihood.forces[0];
         let chooses = levels.near.iter().any(|of| of.force > least_force);
@@ -31,17 +37,15 @@ impl WorkingPoint<'_, '_> {
         if chooses && settled.as_ref().is_ok_and(Option::is_some) {
             self.levels.settled(&found);
         }
-        Ok(settled?.is_some())
+        settled
     }
 
-    /// The sizes at which it has settled.
     fn settle_there(
         &mut self,
         chooses: bool,
         least: Option<f64>,
-    ) -> Result<Option<Sizes>, GapError> {
+    ) -> Result<Option<Settled>, GapError> {
         let mut last: Option<(f64, f64)> = None;
-        let mut sizes = None;
         let options = &self.problem.settings.options.likelihood;
         let mut before: Option<(Vec<Track>, Point)> = None;
         let mut part = 1.0;
@@ -87,7 +91,7 @@ impl WorkingPoint<'_, '_> {
                 .iter()
                 .map(|of| (swept.levels[of.level].sizes, of.log_likelihood));
             let logs: Vec<(Sizes, f64)> = logs.collect();
-            sizes = levels::likeliest(Grid::of(self.problem), &logs);
+            let sizes = levels::likeliest(Grid::of(self.problem), &logs);
             if let Some(sizes) = sizes.filter(|_| chooses) {
                 self.levels.settle_about(Grid::of(self.problem), sizes);
                 self.levels.all.clone_from(&self.levels.near);
@@ -112,7 +116,21 @@ impl WorkingPoint<'_, '_> {
         if let Some((tracks, point)) = before.filter(|_| part < 1.0) {
             (self.tracks, self.point) = (tracks, point);
         }
-        Ok(sizes)
+        Ok(last.map(|(log_posterior, _)| Settled {
+            log_posterior: (!self.counts_as_reached).then_some(log_posterior),
+        }))
+    }
+
+    /// The same, and the log posterior of the point's set there.
+    pub(crate) fn settled_posterior(
+        &mut self,
+        least: Option<f64>,
+    ) -> Result<Option<f64>, GapError> {
+        match self.settle(least)? {
+            Some(settled) if settled.log_posterior.is_some() => Ok(settled.log_posterior),
+            Some(_) => self.posterior(),
+            None => Ok(None),
+        }
     }
 
     /// Sizes of the errors of form, by candidate, with which the point's set is likeliest beside any of the disturbances, one

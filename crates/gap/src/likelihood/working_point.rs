@@ -27,8 +27,11 @@ use crate::{
     rollout::state_estimation,
 };
 
-/// Change of the log likelihood that ends the sweeps that let a point settle, or starts and forces follow [nat].
+/// Change of the log likelihood that ends the sweeps that let a point settle [nat].
 pub(super) const SETTLED: f64 = 0.5;
+/// Change of the log likelihood, as a part of it, that ends the sweeps that let starts and forces follow the readings: all sets go on
+/// from there.
+const FOLLOWED: f64 = 1e-3;
 /// Sweeps that let starts and forces follow the readings, at most: from the estimated motion, and again at other values.
 const FOLLOWING: usize = 10;
 const FOLLOWING_AGAIN: usize = 2;
@@ -419,7 +422,8 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             if chooses && let Some(levels) = Levels::up_to(Grid::of(self.problem), &logs) {
                 self.levels = levels;
             }
-            if last.is_some_and(|last| (best.1 - last).abs() < SETTLED) {
+            let enough = SETTLED.max(FOLLOWED * best.1.abs());
+            if last.is_some_and(|last| (best.1 - last).abs() < enough) {
                 break;
             }
             last = Some(best.1);
