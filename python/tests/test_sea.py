@@ -140,8 +140,73 @@ def test_gusts_go_on_as_the_plugin_s_memory_does():
         place = data.body("ball").xpos
         felt = data.body("ball").xmat.reshape(3, 3) @ hydro.wrench(model, data, "ball")[:3]
         np.testing.assert_allclose(water.velocity(place, data), felt, atol=1e-9)
-        gusts.append(water.current.gust(data.plugin_state[water.memory]))
+        gusts.append(water.current.remembered(data.plugin_state[water.memory]))
     assert np.std(gusts, axis=0).min() > 0.03
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("name", ["profile", "random"])
+def test_what_a_program_sets_moves_the_water_as_the_plugin_s_drag_feels_it(name):
+    model, data = probes(SEAS["listed"], {**CURRENTS[name], "settable": True})
+    water = sea.water(model, "ball")
+    before = water.velocity((0, 0, -1.0), data)
+    for wanted in ((0.4, -0.2, 0.1), [0, 0, 0], np.array([-1.0, 2, 0])):
+        water.set_current(data, wanted)
+        np.testing.assert_allclose(water.velocity((0, 0, -1.0), data) - before, wanted, atol=1e-12)
+        felt = hydro.wrench(model, at(model, data, 0.0), "ball")[:3]
+        np.testing.assert_allclose(water.velocity((0, 0, -1.0), data), felt, atol=1e-9)
+    mujoco.mj_resetData(model, data)
+    np.testing.assert_array_equal(water.velocity((0, 0, -1.0), data), before)
+
+
+DRIFTER = """<mujoco><option timestep="0.002" gravity="0 0 0"/><worldbody><body name="ball"><freejoint/>
+  <geom type="sphere" size="0.1" mass="2"/></body></worldbody></mujoco>"""
+
+
+def drifter():
+    """A ball of 2 kg with a linear drag of 4 N s/m, in still water until a current is set."""
+    drag = {"linear_drag": {"surge": 4, "sway": 4, "heave": 4, "roll": 0, "pitch": 0, "yaw": 0}}
+    current = {"schema": "hydro-current/1", "velocity": [0, 0, 0], "settable": True}
+    spec = hydro.add_water(mujoco.MjSpec.from_string(DRIFTER), body="ball", effects=drag, current=current)
+    model = spec.compile()
+    return model, mujoco.MjData(model)
+
+
+def test_a_ball_drifts_with_a_current_from_when_it_is_set():
+    model, data = drifter()
+    water = sea.water(model, "ball")
+    mujoco.mj_step(model, data, 500)
+    np.testing.assert_array_equal(data.qvel, np.zeros(6))
+    water.set_current(data, (0.5, 0, -0.25))
+    mujoco.mj_step(model, data, 250)
+    # v = U (1 - exp(-D t / m)).
+    np.testing.assert_allclose(data.qvel[:3], np.array([0.5, 0, -0.25]) * (1 - np.exp(-1.0)), rtol=3e-3)
+    # A copy goes on in the same water, and with another's own.
+    other = mujoco.MjData(model)
+    size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    state = np.empty(size)
+    mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    mujoco.mj_setState(model, other, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    mujoco.mj_step(model, data, 250)
+    mujoco.mj_step(model, other, 250)
+    np.testing.assert_array_equal(other.qvel, data.qvel)
+    water.set_current(other, (0, 0, 0))
+    mujoco.mj_step(model, data, 2500)
+    mujoco.mj_step(model, other, 2500)
+    np.testing.assert_allclose(data.qvel[:3], (0.5, 0, -0.25), atol=1e-4)
+    np.testing.assert_allclose(other.qvel[:3], np.zeros(3), atol=1e-4)
+
+
+def test_a_current_that_cannot_be_set_says_so():
+    model, data = drifter()
+    water = sea.water(model, "ball")
+    for wrong in ((1, 2), 3.0, (np.nan, 0, 0), (101, 0, 0), (-np.inf, 0, 0)):
+        with pytest.raises(DataError, match="expected three numbers from -100 to 100 m/s"):
+            water.set_current(data, wrong)
+    np.testing.assert_array_equal(data.plugin_state, np.zeros(3))
+    model, data = probes(SEAS["listed"], (0.1, 0, 0))
+    with pytest.raises(DataError, match="current. is not settable"):
+        sea.water(model, "ball").set_current(data, (0, 0, 0))
 
 
 @pytest.mark.filterwarnings("ignore")

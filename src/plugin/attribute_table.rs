@@ -47,7 +47,7 @@ pub const WRENCH: [Attribute; 16] = [
         name: c"current",
         unit: "m/s",
         meaning: "velocity of the water in the world, x y z; or JSON `hydro-current/1` or a file's path: a profile in \
-                  depth or a grid in place, depth and time, a random part",
+                  depth or a grid in place, depth and time, a random part, a part that a program sets",
         default: "0 0 0",
     },
     Attribute {

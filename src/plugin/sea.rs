@@ -73,7 +73,7 @@ impl Sea {
         })
     }
 
-    /// Velocity and acceleration of the water at a point; `memory` is that of a random current.
+    /// Velocity and acceleration of the water at a point; `memory` is that of the current.
     pub fn motion(&self, at: Vector3<f64>, time: f64, memory: &[f64]) -> WaterMotion {
         let still = self.waterline.unwrap_or(0.0);
         let mut motion = WaterMotion::default();
@@ -87,7 +87,7 @@ impl Sea {
         motion
     }
 
-    /// Velocity of a current that is more than three numbers, at a point [m/s]; `memory` is that of its random part.
+    /// Velocity of a current that is more than three numbers, at a point [m/s]; `memory` is that of its random part and of what a program sets.
     pub fn current(&self, at: Vector3<f64>, time: f64, memory: &[f64]) -> Vector3<f64> {
         let still = self.waterline.unwrap_or(0.0);
         let current = self.current.as_ref();
@@ -112,7 +112,7 @@ impl Sea {
             .map_or(0.0, |waves| waves.pressure(point, time))
     }
 
-    /// Numbers of memory of a random current.
+    /// Numbers of memory of the current: of its random part, and what a program sets.
     pub fn memory_len(&self) -> usize {
         self.current
             .as_ref()

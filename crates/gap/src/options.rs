@@ -406,7 +406,7 @@ options! {
         shorter: f64 = 0.25,
         /// Log posterior that a set may lack against the best, once its values have settled, and sets are still searched from
         /// there [nat].
-        far_behind: f64 = 20.0,
+        far_behind: f64 = 10.0,
         /// Log likelihood that the best values of all parameters may lack at a level of unmodelled forces for sets to be
         /// searched there [nat].
         level_within: f64 = 15.0,

@@ -1,4 +1,4 @@
-"""Currents: constant, by depth, on a grid, and random in time, the same as the plugin's.
+"""Currents: constant, by depth, on a grid, random in time, and set by a program, the same as the plugin's.
 
 Its own description: crates/effects/src/sea/current.rs and grid.rs.
 """
@@ -13,8 +13,10 @@ from . import random
 
 #: Axes of a grid, in the order in which a velocity's index rises.
 AXES = ("x", "y", "depth", "time")
-#: Numbers of memory of a random current: its velocity [m/s], and how many draws were made.
-MEMORY = 4
+#: Numbers of memory of a random part: its velocity [m/s], and how many draws were made.
+RANDOM = 4
+#: Numbers of memory of what a program sets [m/s].
+SET = 3
 
 
 @dataclass(frozen=True)
@@ -26,12 +28,19 @@ class Current:
         velocity: at the points of the axes [m/s], shape (time, depth, y, x, 3).
         deviation: of the random part [m/s], shape (3,); None without one.
         seed: of the random part.
+        is_settable: whether a program may add to it while it runs.
     """
 
     axes: tuple[np.ndarray, ...]
     velocity: np.ndarray
     deviation: np.ndarray | None = None
     seed: int = 0
+    is_settable: bool = False
+
+    @property
+    def memory(self) -> int:
+        """Numbers of its memory in the plugin's state: of the random part, then what a program sets."""
+        return (0 if self.deviation is None else RANDOM) + (SET if self.is_settable else 0)
 
     @classmethod
     def read(cls, document: Mapping[str, Any]) -> Self:
@@ -42,10 +51,9 @@ class Current:
             grid = {key: [point[key] for point in points] for key in ("depth", "velocity")}
         axes = tuple(np.array(grid.get(axis, [0.0]), float) for axis in AXES)
         velocity = np.array(grid["velocity"], float).reshape(*(len(axis) for axis in reversed(axes)), 3)
-        gusts = document.get("random")
-        if gusts is None:
-            return cls(axes, velocity)
-        return cls(axes, velocity, np.array(gusts["deviation"], float), gusts.get("seed", 0))
+        gusts = document.get("random") or {}
+        deviation = np.array(gusts["deviation"], float) if gusts else None
+        return cls(axes, velocity, deviation, gusts.get("seed", 0), document.get("settable", False))
 
     def mean(self, points: np.ndarray, time: float) -> np.ndarray:
         """Mean velocity [m/s] at points x, y, depth [m] of shape (p, 3) and a time [s]; shape (p, 3).
@@ -63,13 +71,15 @@ class Current:
             total += np.prod(weights, axis=0)[:, None] * values[index]
         return total
 
-    def gust(self, memory: np.ndarray) -> np.ndarray:
-        """Velocity of the random part [m/s], shape (3,), of its memory in the plugin's state, shape (4,)."""
-        if self.deviation is None:
-            return np.zeros(3)
-        if memory[3] == 0:
-            return self.deviation * random.normal(self.seed, random.CURRENT, 0)[:3]
-        return memory[:3].copy()
+    def remembered(self, memory: np.ndarray) -> np.ndarray:
+        """Velocity of the random part and of what a program has set [m/s], shape (3,), of its memory in the plugin's state."""
+        total = np.zeros(3)
+        if self.deviation is not None:
+            is_started = memory[RANDOM - 1] != 0
+            total += memory[:3] if is_started else self.deviation * random.normal(self.seed, random.CURRENT, 0)[:3]
+        if self.is_settable:
+            total += memory[-SET:]
+        return total
 
 
 def _bracket(axis: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

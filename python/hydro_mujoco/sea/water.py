@@ -1,20 +1,23 @@
 """The water about a body: level, velocity, pressure."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from ..errors import DataError
 from ..plugin import attribute
 from ..water import body_number
 from . import attributes
-from .current import MEMORY, Current
+from .current import SET, Current
 from .waves import Waves
 
 #: Density of fresh water [kg/m^3], where nothing gives another.
 FRESH_WATER = 1000.0
+#: Largest component of a current that is set [m/s].
+FASTEST = 100.0
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ class Water:
         current: of the attribute, None where the water stands still.
         steady: wind of MuJoCo's own fluid, which moves with the world, and effects `current` [m/s], shape (3,).
         swells: parameters of effects `waves`, each x, y, z [m/s], frequency [rad/s], phase [rad], vertical_lag [rad].
-        memory: where the random part of the current is kept in `data.plugin_state`.
+        memory: where the random part of the current, and what a program sets of it, are kept in `data.plugin_state`.
     """
 
     density: float
@@ -75,8 +78,38 @@ class Water:
         if self.current is not None:
             flat = points.reshape(-1, 3) * [1, 1, -1] + [0, 0, still]
             mean = self.current.mean(flat, data.time).reshape(points.shape)
-            total += mean + self.current.gust(data.plugin_state[self.memory])
+            total += mean + self.current.remembered(data.plugin_state[self.memory])
         return total
+
+    def set_current(self, data: mujoco.MjData, velocity: Sequence[float] | np.ndarray) -> None:
+        """Sets what is added to the attribute's current from now on, everywhere, at the time of `data` and later.
+
+        It is a part of the state of `data`, `plugin_state`: copies and restored states have it, `mj_resetData` takes it
+        back. Any time between steps is a good one; each data of a model may have another.
+
+        Args:
+            data: of the model. velocity: [m/s], world, three numbers from -100 to 100.
+
+        Raises:
+            DataError: the attribute `current` is not settable, or the velocity is not such.
+
+        >>> import mujoco, hydro_mujoco as hydro
+        >>> spec = mujoco.MjSpec.from_string('''<mujoco><worldbody><body name="hull"><freejoint/>
+        ...   <geom type="ellipsoid" size="0.33 0.18 0.1" mass="12"/></body></worldbody></mujoco>''')
+        >>> current = {"schema": "hydro-current/1", "velocity": [0, 0, 0], "settable": True}
+        >>> spec = hydro.add_water(spec, body="hull", effects={"hydrostatics": {}}, current=current)
+        >>> model = spec.compile(); data = mujoco.MjData(model)
+        >>> about = hydro.sea.water(model, "hull")
+        >>> about.set_current(data, (0.3, 0, 0))
+        >>> about.velocity((0, 0, -30), data).tolist()
+        [0.3, 0.0, 0.0]
+        """
+        if self.current is None or not self.current.is_settable:
+            raise DataError('attribute `current` is not settable: "settable": true in its hydro-current/1 makes it so')
+        wanted = np.asarray(velocity, float)
+        if wanted.shape != (3,) or not np.all(np.abs(wanted) <= FASTEST):
+            raise DataError(f"velocity {velocity}: expected three numbers from -{FASTEST:g} to {FASTEST:g} m/s")
+        data.plugin_state[self.memory][-SET:] = wanted
 
     def pressure(self, points: np.ndarray, time: float) -> np.ndarray:
         """Pressure of the water above the air's [Pa] at points [m] of shape (..., 3), world; shape (...).
@@ -130,7 +163,7 @@ def water_about(model: mujoco.MjModel, body: int) -> Water:
         steady=steady,
         swells=swells,
         # The last of the instance's memory (src/mujoco/effects/bind.rs).
-        memory=slice(last - (MEMORY if current is not None and current.deviation is not None else 0), last),
+        memory=slice(last - (0 if current is None else current.memory), last),
     )
 
 

@@ -12,7 +12,7 @@ use crate::{
     plugin::{Handle, Instance, Settings},
 };
 
-/// Numbers of memory of effects, of a potential flow and of a random current; `None` where their texts are at fault.
+/// Numbers of memory of effects, of a potential flow and of a current that is random or set by a program; `None` where their texts are at fault.
 pub(super) fn effects_len(settings: &Settings, step: f64) -> Option<usize> {
     let effects = match &settings.effects {
         Some(text) => bind::memory_len(text, step)?,

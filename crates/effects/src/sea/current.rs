@@ -1,4 +1,4 @@
-//! Currents: constant, by depth, on a grid in place and time, and random in time.
+//! Currents: constant, by depth, on a grid in place and time, random in time, and set by a program.
 
 use serde_json::Value;
 
@@ -16,10 +16,13 @@ const TIMES: [f64; 2] = [1e-3, 1e7];
 const DEPTHS: [f64; 2] = [0.0, 20_000.0];
 /// Most points of a profile.
 const MOST_POINTS: usize = 1000;
-/// Numbers of a random current's state.
-const STATE_LEN: usize = 4;
+/// Numbers of a random part's state, and of a part that a program sets.
+const RANDOM_LEN: usize = 4;
+const SET_LEN: usize = 3;
 
-const KEYS: [&str; 5] = ["schema", "velocity", "profile", "grid", "random"];
+const KEYS: [&str; 6] = [
+    "schema", "velocity", "profile", "grid", "random", "settable",
+];
 const POINT_KEYS: [&str; 2] = ["depth", "velocity"];
 const RANDOM_KEYS: [&str; 3] = ["deviation", "time_constant", "seed"];
 
@@ -31,11 +34,15 @@ const RANDOM_KEYS: [&str; 3] = ["deviation", "time_constant", "seed"];
 /// caller keeps its state, four numbers: the velocity [m/s] and how many draws were made. The next state is a pure
 /// function of seed, state and step, so that a copied or restored state goes on with the same bits.
 ///
+/// A part that a program sets, the same everywhere too, may be added: three numbers more of that state, the last ones [m/s], zero
+/// until they are set.
+///
 /// The process has no acceleration that a body could feel as pressure; whoever applies it takes the current as steady.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurrentField {
     mean: Mean,
     random: Option<Random>,
+    is_settable: bool,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -83,6 +90,7 @@ impl CurrentField {
         Ok(Self {
             mean: uniform(velocity),
             random: None,
+            is_settable: false,
         })
     }
 
@@ -99,7 +107,11 @@ impl CurrentField {
             _ => Mean::Profile(profile(fields.list("profile", "points", MOST_POINTS)?)?),
         };
         let random = fields.get("random").map(random).transpose()?;
-        Ok(Self { mean, random })
+        Ok(Self {
+            mean,
+            random,
+            is_settable: fields.truth("settable")?.unwrap_or(false),
+        })
     }
 
     /// Mean velocity [m/s] at a place x, y [m], a depth below the still level [m] and a time [s].
@@ -110,21 +122,27 @@ impl CurrentField {
         }
     }
 
-    /// Numbers of state that the caller keeps: four for a random current, none for another.
+    /// Numbers of state that the caller keeps: four of a random part, then three of a part that a program sets; none without.
     pub fn state_len(&self) -> usize {
-        self.random.map_or(0, |_| STATE_LEN)
+        let random = self.random.map_or(0, |_| RANDOM_LEN);
+        random + if self.is_settable { SET_LEN } else { 0 }
     }
 
-    /// Sets the state to its start, drawn from the stationary distribution. A state of another length is left alone.
+    /// Sets the state to its start: the random part drawn from the stationary distribution, what a program sets zero. A state of
+    /// another length is left alone.
     pub fn reset(&self, state: &mut [f64]) {
-        if let (Some(random), [x, y, z, counter]) = (&self.random, state) {
+        if state.len() != self.state_len() {
+            return;
+        }
+        state.fill(0.0);
+        if let (Some(random), [x, y, z, counter, ..]) = (&self.random, state) {
             ([*x, *y, *z], *counter) = random.draw(0.0);
         }
     }
 
     /// Advances the state by a step [s], exactly in distribution for any step above zero: v exp(-h/T) + deviation
-    /// sqrt(1 - exp(-2 h/T)) times a normal number (D. T. Gillespie, Physical Review E 54, 1996). Another step, or a state of
-    /// another length, changes nothing.
+    /// sqrt(1 - exp(-2 h/T)) times a normal number (D. T. Gillespie, Physical Review E 54, 1996). What a program set stays.
+    /// Another step, or a state of another length, changes nothing.
     pub fn advance(&self, state: &mut [f64], step: f64) {
         if step.is_nan() || step <= 0.0 {
             return;
@@ -136,7 +154,7 @@ impl CurrentField {
         let (keep, add) = (libm::exp(-steps), (-libm::expm1(-2.0 * steps)).sqrt());
         let (noise, next) = random.draw(counter);
         let moved = |velocity: f64, noise: f64| keep * velocity + add * noise;
-        state.copy_from_slice(&[
+        state[..RANDOM_LEN].copy_from_slice(&[
             moved(x, noise[0]),
             moved(y, noise[1]),
             moved(z, noise[2]),
@@ -144,25 +162,33 @@ impl CurrentField {
         ]);
     }
 
-    /// The random part and its state, [`CurrentField::reset`] where it is all zero, as a simulation's memory starts; `None`
-    /// where there is no random part, or the state has another length.
-    fn started(&self, state: &[f64]) -> Option<(&Random, [f64; STATE_LEN])> {
+    /// The random part and its state, as [`CurrentField::reset`] starts it where it is all zero, as a simulation's memory is at first;
+    /// `None` where there is no random part, or the state has another length.
+    fn started(&self, state: &[f64]) -> Option<(&Random, [f64; RANDOM_LEN])> {
         let random = self.random.as_ref()?;
-        let mut state: [f64; STATE_LEN] = state.try_into().ok()?;
-        if state[STATE_LEN - 1] == 0.0 {
-            self.reset(&mut state);
+        let whole = state.len() == self.state_len();
+        let mut state: [f64; RANDOM_LEN] = *state.first_chunk().filter(|_| whole)?;
+        if state[RANDOM_LEN - 1] == 0.0 {
+            let (numbers, counter) = random.draw(0.0);
+            state = [numbers[0], numbers[1], numbers[2], counter];
         }
         Some((random, state))
     }
 
-    /// Velocity [m/s] at a place x, y [m], a depth below the still level [m] and a time [s], with the random part of a state;
-    /// of a state of another length there is none.
+    /// What a program has set [m/s]; nothing in a state of another length.
+    fn set(&self, state: &[f64]) -> [f64; SET_LEN] {
+        let is_set = self.is_settable && state.len() == self.state_len();
+        let set = state.last_chunk().filter(|_| is_set);
+        set.copied().unwrap_or_default()
+    }
+
+    /// Velocity [m/s] at a place x, y [m], a depth below the still level [m] and a time [s], with the random part of a state and
+    /// what a program has set; of a state of another length there is neither.
     pub fn velocity(&self, place: [f64; 2], depth: f64, time: f64, state: &[f64]) -> [f64; 3] {
         let mean = self.mean(place, depth, time);
-        match self.started(state) {
-            Some((_, [x, y, z, _])) => [mean[0] + x, mean[1] + y, mean[2] + z],
-            None => mean,
-        }
+        let random = self.started(state).map_or([0.0; 4], |of| of.1);
+        let set = self.set(state);
+        [0, 1, 2].map(|axis| mean[axis] + random[axis] + set[axis])
     }
 }
 

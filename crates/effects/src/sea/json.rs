@@ -208,6 +208,17 @@ impl<'a> Fields<'a> {
             .transpose()
     }
 
+    /// True or false, or none where the key is absent.
+    pub(crate) fn truth(&self, key: &str) -> Result<Option<bool>, SeaError> {
+        self.get(key)
+            .map(|value| {
+                value
+                    .as_bool()
+                    .ok_or_else(|| fault(&self.field(key), value, "true or false"))
+            })
+            .transpose()
+    }
+
     /// Three numbers within bounds.
     pub(crate) fn vector(
         &self,

@@ -32,6 +32,10 @@
 //! ```
 //!
 //! ```json
+//! {"schema": "hydro-current/1", "velocity": [0, 0, 0], "settable": true}
+//! ```
+//!
+//! ```json
 //! {"schema": "hydro-current/1", "grid": {"x": [0, 50], "depth": [0, 10], "time": [0, 3600],
 //!  "velocity": [[0.1, 0, 0], [0.4, 0, 0], "... 8 of them, x fastest, then y, depth and time"]}}
 //! ```
@@ -49,8 +53,8 @@
 //! ```
 //!
 //! Waves and current are added: a current neither carries the waves along nor changes their length. What the sea is at a
-//! place and time is a pure function of the text, the place, the time and, for a random current, of four numbers that the
-//! caller keeps. The arithmetic is our own or that of the crate `libm`, so that every machine gives the same bits.
+//! place and time is a pure function of the text, the place, the time and of numbers that the caller keeps: four of a random
+//! current, three of one that a program sets. The arithmetic is our own or that of the crate `libm`, so that every machine gives the same bits.
 //!
 //! ```text
 //! error        what is refused

@@ -288,6 +288,58 @@ fn odd_steps_and_states_change_nothing() {
     assert_eq!(zeros[..], state[..]);
 }
 
+/// Added everywhere from when it is set; steps leave it, a reset takes it back; beside a random part, which goes on as it would.
+#[test]
+fn what_a_program_sets_is_added_and_stays() {
+    let alone = current(
+        r#"{"schema": "hydro-current/1", "settable": true,
+            "profile": [{"depth": 0, "velocity": [0.5, 0, 0]}, {"depth": 10, "velocity": [0.1, 0, 0]}]}"#,
+    );
+    let mut state = start(&alone);
+    assert_eq!(state, [0.0; 3]);
+    assert_eq!(alone.velocity([0.0; 2], 10.0, 0.0, &state), [0.1, 0.0, 0.0]);
+    state.copy_from_slice(&[0.25, -0.5, 0.125]);
+    alone.advance(&mut state, 0.1);
+    assert_eq!(
+        alone.velocity([3.0, 4.0], 0.0, 9.0, &state),
+        [0.75, -0.5, 0.125]
+    );
+    assert_eq!(
+        alone.velocity([0.0; 2], 20.0, 0.0, &state),
+        [0.35, -0.5, 0.125]
+    );
+    alone.reset(&mut state);
+    assert_eq!(state, [0.0; 3]);
+
+    let random = current(RANDOM);
+    let both = current(&RANDOM.replace("\"random\"", "\"settable\": true, \"random\""));
+    let mut gusts = start(&random);
+    let mut state = start(&both);
+    assert_eq!(state[..4], gusts[..]);
+    state[4..].copy_from_slice(&[1.0, 2.0, 3.0]);
+    for _ in 0..10 {
+        random.advance(&mut gusts, 0.1);
+        both.advance(&mut state, 0.1);
+    }
+    assert_eq!(state[..4], gusts[..]);
+    let without = random.velocity([0.0; 2], 0.0, 0.0, &gusts);
+    let with = both.velocity([0.0; 2], 0.0, 0.0, &state);
+    for (axis, (with, without)) in with.into_iter().zip(without).enumerate() {
+        assert!((with - without - (axis + 1) as f64).abs() < 1e-12);
+    }
+    // Memory as a simulation starts it: the random part draws, nothing is set.
+    assert_eq!(
+        both.velocity([0.0; 2], 0.0, 0.0, &[0.0; 7]),
+        both.velocity([0.0; 2], 0.0, 0.0, &start(&both))
+    );
+    // A constant current has no such part unless it says so.
+    assert_eq!(
+        current(r#"{"schema": "hydro-current/1", "velocity": [1, 0, 0], "settable": false}"#)
+            .state_len(),
+        0
+    );
+}
+
 #[test]
 fn every_refusal_says_what_and_where() {
     let with = |fields: &str| {
@@ -313,7 +365,8 @@ fn every_refusal_says_what_and_where() {
     );
     assert_eq!(
         with(r#""velocity": [1, 0, 0], "radnom": {}"#),
-        "the file: there is no `radnom`; did you mean `random`?; there are: schema, velocity, profile, grid, random"
+        "the file: there is no `radnom`; did you mean `random`?; there are: schema, velocity, profile, grid, random, \
+         settable"
     );
     assert_eq!(
         with(r#""velocity": [1, 0]"#),
@@ -379,6 +432,10 @@ fn every_refusal_says_what_and_where() {
     assert!(
         with(r#""velocity": [1, 0, 0], "random": 3"#)
             .contains("random: found the number 3, expected an object")
+    );
+    assert_eq!(
+        with(r#""velocity": [1, 0, 0], "settable": 1"#),
+        "settable: found the number 1, expected true or false"
     );
     for bad in [f64::NAN, f64::INFINITY] {
         let text = CurrentField::uniform([0.0, bad, 0.0])
