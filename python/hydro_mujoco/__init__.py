@@ -2,6 +2,7 @@
 
 water.py       `add_water(spec, body=...)`, `wrench(model, data, body)`
 submersion.py  `submerged(model, data, body)`
+velocity_products.py  `drag_tensors(name, ...)`: drag by products of two velocities, as effects
 sea/           the sea about a body: `sea.water(model, body)`, and its surface drawn by MuJoCo
 sensors/       sensors of underwater vehicles: DVL, pressure, GPS, sonars, USBL, acoustic and optical modems, INS
 packaged.py    scenes, checkpoints, examples and the library that come with the package
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from .record import record
     from .submersion import Submerged, submerged
     from .training import Trained, evaluate, train
+    from .velocity_products import drag_tensors
     from .water import add_water, wrench
 
 __all__ = [
@@ -46,6 +48,7 @@ __all__ = [
     "__version__",
     "add_water",
     "checkpoint",
+    "drag_tensors",
     "evaluate",
     "examples",
     "from_capytaine",
@@ -69,6 +72,7 @@ _FROM = {
     "Trained": ".training",
     "add_water": ".water",
     "checkpoint": ".packaged",
+    "drag_tensors": ".velocity_products",
     "evaluate": ".training",
     "examples": ".packaged",
     "from_capytaine": ".boundary_elements",

@@ -1,4 +1,4 @@
-"""Drag that the catalogue lacks, as effects of one's own; water that a program changes while it runs."""
+"""Drag that other simulators have, by products of two velocities; water that a program changes while it runs."""
 
 import mujoco
 import numpy as np
@@ -12,53 +12,62 @@ pytestmark = pytest.mark.skipif(not plugin.built_library().is_file(), reason="no
 SIX = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 HULL = """<mujoco><option timestep="0.005" gravity="0 0 0" integrator="implicitfast"/><worldbody>
   <body name="hull"><freejoint/><geom type="ellipsoid" size="0.33 0.18 0.1" mass="25"/></body></worldbody></mujoco>"""
-#: Units of a product of two velocities' coefficient: of forces by both linear, one, none; of torques the next.
-UNITS = ("N s^2/m^2", "N s^2/m", "N s^2", "N m s^2")
 
 
-def two_velocities(matrix: np.ndarray, second: str) -> dict:
-    """-sum of A_ijk s(nu_k) nu_j over j and k as a definition; A: [6, 6, 6] in SI units, second: s, `abs(nu)` or `nu`.
-
-    gz-sim's quadratic drag is one of each, the forward-speed term of uuv_simulator is A_ij0 with `nu`.
-    """
-    names, others = "uvwpqr", "abcdef"
-    let = dict(zip(names, (f"nu_{axis}" for axis in SIX)))
-    let |= {other: second.replace("nu", name) for other, name in zip(others, names)}
-
-    def row(i: int) -> str:
-        parts = []
-        for j, name in enumerate(names):
-            sums = []
-            for kind in (0, 1):  # nu_k along an axis, about one
-                terms = (f"{matrix[i, j, k]:+.4g}*{others[k]}" for k in range(3 * kind, 3 * kind + 3))
-                sums.append(f"k{(i > 2) + (j > 2) + kind}*({''.join(terms).removeprefix('+')})")
-            parts.append(f"{name}*({'+'.join(sums)})")
-        return f"-scale*({'+'.join(parts)})"
-
-    return {
-        "summary": f"drag by {second} times nu",
-        "target": "body",
-        "parameters": {"scale": {"unit": "1", "lower": 0.0, "upper": 2.0, "null": 0.0, "prior_sd": 1.0}},
-        "constants": {f"k{n}": {"value": 1.0, "unit": unit} for n, unit in enumerate(UNITS)},
-        "let": let,
-        "wrench": {axis: row(i) for i, axis in enumerate(SIX)},
-    }
+def tensors(seed):
+    """Coefficients of any sign, a third of them zero."""
+    random = np.random.default_rng(seed)
+    shape = (2, 6, 6, 6)
+    return np.where(random.uniform(size=shape) < 1 / 3, 0, random.uniform(-20, 20, shape))
 
 
-def test_quadratic_drag_of_two_velocities_by_effects_of_ones_own():
-    random = np.random.default_rng(3)
-    a, b = random.uniform(-20, 20, (2, 6, 6, 6)).round(2)
-    effects = [
-        {"effect": f"user.{name}", "parameters": {"scale": 1.0}, "definition": two_velocities(matrix, second)}
-        for name, matrix, second in (("modulus", a, "abs(nu)"), ("plain", b, "nu"))
-    ]
-    model = hydro_mujoco.add_water(mujoco.MjSpec.from_string(HULL), body="hull", effects=effects).compile()
+@pytest.mark.parametrize("given", ["both", "modulus", "plain"])
+def test_quadratic_drag_of_two_velocities(given):
+    a, b = tensors(3)
+    parts = {"modulus": a, "plain": b} if given == "both" else {given: a if given == "modulus" else b.tolist()}
+    effects = [{"effect": "linear_drag", "parameters": dict.fromkeys(SIX, 2.0)}]
+    effects += hydro_mujoco.drag_tensors("drag", **parts)
+    current = np.array([0.3, -0.2, 0.1])
+    spec = mujoco.MjSpec.from_string(HULL)
+    model = hydro_mujoco.add_water(spec, body="hull", effects=effects, current=current).compile()
     data = mujoco.MjData(model)
-    for velocity in random.normal(size=(20, 6)):
+    for velocity in np.random.default_rng(4).normal(size=(20, 6)):
         data.qvel[:] = velocity
         mujoco.mj_forward(model, data)
-        expected = -np.einsum("ijk,j,k", a, velocity, np.abs(velocity)) - np.einsum("ijk,j,k", b, velocity, velocity)
+        nu = velocity - [*current, 0, 0, 0]
+        expected = -2 * nu
+        if "modulus" in parts:
+            expected = expected + np.einsum("ijk,j,k", a, nu, np.abs(nu))
+        if "plain" in parts:
+            expected = expected + np.einsum("ijk,j,k", b, nu, nu)
         np.testing.assert_allclose(hydro_mujoco.wrench(model, data, "hull"), expected, atol=1e-9)
+
+
+def test_it_fades_with_the_submerged_part_of_the_hull():
+    a, b = tensors(5)
+    effects = hydro_mujoco.drag_tensors("drag", modulus=a, plain=b)
+    spec = hydro_mujoco.add_water(mujoco.MjSpec.from_string(HULL), body="hull", effects=effects, waterline=0)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    for height, share in ((-1.0, 1.0), (0.0, 0.5), (0.05, 0.15625), (1.0, 0.0)):
+        data.qpos[2] = height
+        data.qvel[:] = (0.5, -1, 0.3, 0.2, -0.7, 0.4)
+        mujoco.mj_forward(model, data)
+        nu = data.qvel
+        whole = np.einsum("ijk,j,k", a, nu, np.abs(nu)) + np.einsum("ijk,j,k", b, nu, nu)
+        np.testing.assert_allclose(hydro_mujoco.wrench(model, data, "hull"), share * whole, atol=1e-9)
+
+
+def test_what_is_no_tensor_is_refused():
+    a, _ = tensors(3)
+    with pytest.raises(hydro_mujoco.DataError, match=r"plain: shape \(6, 6\), expected \(6, 6, 6\)"):
+        hydro_mujoco.drag_tensors("drag", plain=a[0])
+    a[1, 2, 3] = np.nan
+    with pytest.raises(hydro_mujoco.DataError, match=r"modulus\[1, 2, 3\]: nan, expected finite"):
+        hydro_mujoco.drag_tensors("drag", modulus=a)
+    for nothing in ({}, {"plain": np.zeros((6, 6, 6))}):
+        with pytest.raises(hydro_mujoco.DataError, match="no number but zeros"):
+            hydro_mujoco.drag_tensors("drag", **nothing)
 
 
 def test_a_current_that_is_changed_goes_on_from_the_same_state():

@@ -72,7 +72,7 @@ class Current:
         return total
 
     def remembered(self, memory: np.ndarray) -> np.ndarray:
-        """Velocity of the random part and of what a program has set [m/s], shape (3,), of its memory in the plugin's state."""
+        """Velocity of the random part and of what a program has set [m/s], shape (3,), from its memory."""
         total = np.zeros(3)
         if self.deviation is not None:
             is_started = memory[RANDOM - 1] != 0

@@ -171,6 +171,11 @@ fn has_parts(source: &Source, kind: Kind) -> Result<(), OwnError> {
             "[wrench], [world_force], [inertia] and `point` are of a body; a hinge or slide takes `force`",
         );
     }
+    if source.medium.is_some() {
+        return fault(
+            "`medium` is of a body: what a hinge or slide feels does not fade at a surface",
+        );
+    }
     if source.force.is_none() {
         return fault("nothing acts: a hinge or slide needs `force`");
     }

@@ -8,9 +8,10 @@ use super::{
     declared::Layout,
     definition::{BODY_OUTPUTS, Definition},
     quantities::{BODY, FAST, JOINT, Kind},
+    source::MediumSource,
 };
 use crate::{
-    BodyPart, Card, Effect, Id, JointMotion, JointPart, Motion, Parameter, Part, Physical,
+    BodyPart, Card, Effect, Id, JointMotion, JointPart, Medium, Motion, Parameter, Part, Physical,
     Placement, Target, TargetKind,
     card::OwnId,
     catalogue::added_mass::inertia_at,
@@ -120,6 +121,11 @@ impl Effect for OwnEffect {
             Target::Joint(_) => kind == Some(Kind::Hinge),
             Target::Actuator(_) | Target::Sensor(_) => false,
         }
+    }
+
+    fn medium(&self) -> Medium {
+        let of = self.definition.as_ref().and_then(|of| of.source.medium);
+        of.map_or(Medium::None, |MediumSource::Water| Medium::Water)
     }
 
     fn commands(&self) -> &[String] {

@@ -29,6 +29,9 @@ pub(crate) struct Source {
     /// Point of the body, in its frame [m], at which it moves and is pushed; the origin where there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) point: Option<[f64; 3]>,
+    /// The medium that it is of; none where it acts in all alike.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) medium: Option<MediumSource>,
     /// False where the coefficients are the effect itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) idealised: Option<bool>,
@@ -56,6 +59,13 @@ pub(crate) struct Source {
     pub(crate) force: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) memory: Option<MemorySource>,
+}
+
+/// A medium by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum MediumSource {
+    Water,
 }
 
 /// A parameter that is fitted.

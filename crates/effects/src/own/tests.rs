@@ -11,7 +11,8 @@ use super::{
     units::Dimension,
 };
 use crate::{
-    BodyPart, Effect, EffectSet, Entry, Id, JointMotion, JointPart, Motion, OwnError, Part, effect,
+    BodyPart, Effect, EffectSet, Entry, Id, JointMotion, JointPart, Medium, Motion, OwnError, Part,
+    effect,
     tests::fixture::{Model, any_motion, still},
 };
 
@@ -141,6 +142,34 @@ fn a_wrong_name_is_refused_with_the_nearest() {
     assert!(surge("k * nu_dot_surge").contains("give its coefficient in [inertia]"));
     // A quantity of another target.
     assert!(surge("k * qdot").contains("there is no `qdot`"));
+}
+
+/// An effect of the water fades where the hull is above it; a joint has no hull.
+#[test]
+fn an_effect_may_be_of_the_water() {
+    let of = |text: &str| {
+        let id = register_toml("splash", text)?;
+        Ok::<_, OwnError>(effect(id).medium())
+    };
+    let drag = small("[wrench]\nsurge = \"k\"\n");
+    assert_eq!(of(&drag), Ok(Medium::None));
+    let wet = drag.replacen("target", "medium = \"water\"\ntarget", 1);
+    assert_eq!(of(&wet), Ok(Medium::Water));
+    let text = fault(&wet.replace("\"water\"", "\"mud\""));
+    assert!(
+        text.contains("unknown variant `mud`, expected `water`"),
+        "{text}"
+    );
+    let joint = wet.replace("target = \"body\"", "target = \"hinge\"");
+    let joint =
+        joint
+            .replace("[wrench]\nsurge = \"k\"", "")
+            .replacen("target", "force = \"k\"\ntarget", 1);
+    assert!(
+        fault(&joint).contains("`medium` is of a body"),
+        "{}",
+        fault(&joint)
+    );
 }
 
 #[test]
