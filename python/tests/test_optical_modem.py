@@ -88,6 +88,25 @@ def test_borders_of_beam_and_view():
     assert not sees(180, 0)
 
 
+def test_power_in_air_and_none_through_the_surface():
+    model, data = scene(depth=100)
+    haze = {"light": WaterLight((5.0,) * 3), "air": 4e-3}
+    _, rov, beacon = link(model, near={"power": 2.0, "beam": 30}, far={"area": 2e-3}, **haze)
+    cap = 2 * np.pi * 50**2 * (1 - np.sqrt(0.75))
+    face(model, data, 50, depth=-0.1)
+    assert beacon.power(data, "rov") == pytest.approx(2.0 * np.exp(-0.2) * 2e-3 / cap, rel=1e-7)
+    # As bright as day: without daylight the same packet is heard more clearly.
+    rov.send(data, b"x")
+    ((by_day,),) = run(data, [beacon], 0.02)
+    _, rov, beacon = link(model, near={"power": 2.0, "beam": 30}, far={"area": 2e-3, "daylight_noise": 0}, **haze)
+    rov.send(face(model, data, 50, depth=-0.1), b"x")
+    ((by_night,),) = run(data, [beacon], 0.02)
+    assert by_night.snr - by_day.snr == pytest.approx(10 * np.log10(1 + (3e-11 / 1e-13) ** 2), rel=1e-6)
+    for distance, depth in ((5, 2), (0.2, 0.1)):
+        face(model, data, distance, depth=depth)
+        assert beacon.power(data, "rov") == 0 and rov.power(data, "beacon") == 0
+
+
 def test_nothing_leaves_the_water_or_passes_what_stands_between():
     wall = '<geom name="wall" type="box" size="3 50 0.5" pos="0 0 -55"/>'
     model, data = scene(depth=100, more=wall)
@@ -102,7 +121,7 @@ def test_nothing_leaves_the_water_or_passes_what_stands_between():
         return heard
 
     assert arrives(4) and not arrives(10) and arrives(10, off=-28, depth=63)
-    assert arrives(9, depth=10) and not arrives(11, depth=10) and not arrives(5, depth=-0.1)
+    assert arrives(9, depth=10) and not arrives(11, depth=10) and arrives(5, depth=-0.1)
     assert arrives(30, depth=40, reach=31) and not arrives(30, depth=40, reach=29)
 
 
@@ -243,6 +262,7 @@ def test_light_and_sound_do_not_meet():
     [
         (lambda c: OpticalChannel(c.model, colour="violet"), "colour is 'violet'; expected one of red, green, blue"),
         (lambda c: OpticalChannel(c.model, reach=0), "reach is 0 m; expected at least 0.001 m"),
+        (lambda c: OpticalChannel(c.model, air=-1), "air is -1 1/m; expected at least 0 1/m"),
         (lambda c: OpticalChannel(c.model, seed=-1), "seed is -1; expected a whole number, 0 to 2^63 - 1"),
         (lambda c: OpticalModem(c, "beakon"), "no site or body is called `beakon`"),
         (lambda c: OpticalModem(c, "rov"), "a modem at `rov` is on the channel already"),

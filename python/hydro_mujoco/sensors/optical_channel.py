@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import DataError
 from . import optical_link
+from .arguments import at_least
 from .channel import Channel, Epoch, Station, off_axis, place_at
 from .light import WaterLight
 from .packet import Message, Packet, Signal
@@ -31,19 +32,20 @@ class OpticalStation(Station):
 
 
 class OpticalChannel(Channel[OpticalStation]):
-    """The water between optical modems: light goes straight, at once, and fades by spreading and attenuation.
+    """The water or the air between optical modems: light goes straight, at once, and fades on its way.
 
     The power that arrives is P exp(-c d) A cos(incidence) / (2 pi d^2 (1 - cos beam)), with c the beam attenuation of
-    the water's light: what is scattered is lost. None arrives outside the sender's beam or the receiver's view, where
-    something stands between, out of the water, or beyond reach; that is judged at a packet's begin. Noise is that of
-    the receiver and that of daylight, whose variance falls with depth as daylight does, exp(-K depth), whichever way
-    the receiver looks. Packets that overlap at a modem are noise to each other, and what a modem sends drowns what it
-    sees (half duplex).
+    the light in the water, or in the air where both modems are above it: what is scattered is lost. None arrives
+    outside the sender's beam or the receiver's view, where something stands between, from the water into the air or
+    back, or beyond reach; that is judged at a packet's begin. Noise is that of the receiver and that of daylight, whose
+    variance falls with depth as daylight does, exp(-K depth), whichever way the receiver looks. Packets that overlap at
+    a modem are noise to each other, and what a modem sends drowns what it sees (half duplex).
 
     The channel remembers what is under way: after a restored state `reset` it. Where time goes back it resets itself.
 
     Source: S. Arnon, Underwater optical wireless communication network, Optical Engineering 49(1), 2010, 015001;
-    J. W. Giles and I. N. Bankman, Underwater optical communications systems, part 2, MILCOM 2005 (daylight).
+    J. W. Giles and I. N. Bankman, Underwater optical communications systems, part 2, MILCOM 2005 (daylight);
+    W. E. K. Middleton, Vision through the Atmosphere, University of Toronto Press 1952 (meteorological range).
     """
 
     kind, station, own = "optical", OpticalStation, inf
@@ -54,15 +56,17 @@ class OpticalChannel(Channel[OpticalStation]):
         *,
         light: WaterLight | None = None,
         colour: Literal["red", "green", "blue"] = "blue",
+        air: float = 1e-4,
         reach: float = 200.0,
         seed: int = 0,
     ):
-        """Fill the water.
+        """Fill the water, and the air above it.
 
         Args:
             model: compiled.
             light: of the water; `WaterLight()` by default. Give the numbers of the modems' own colour, where known.
             colour: of the modems; which numbers of `light` hold.
+            air: beam attenuation of the air [1/m]; 3.9 / meteorological range (39 km by default: clear; 1 km: haze).
             reach: greatest range [m].
             seed: of all errors.
 
@@ -76,6 +80,7 @@ class OpticalChannel(Channel[OpticalStation]):
         light = light or WaterLight()
         column = COLOURS.index(colour)
         self._attenuation, self._daylight = float(light.attenuation[column]), float(light.daylight[column])
+        self._air = at_least("air", air, 0, " 1/m")
         super().__init__(model, reach=reach, seed=seed)
 
     def power(self, data: mujoco.MjData, sender: str, receiver: str, origin: np.ndarray, place: np.ndarray) -> float:
@@ -89,12 +94,14 @@ class OpticalChannel(Channel[OpticalStation]):
         incidence = off_axis(eye.mount.axes(data), -way)
         if distance > self._reach or incidence > eye.view or off_axis(source.mount.axes(data), way) > source.beam:
             return 0.0
-        if not (source.mount.water.is_wet(origin, data.time) and eye.mount.water.is_wet(place, data.time)):
+        is_wet = bool(source.mount.water.is_wet(origin, data.time))
+        if is_wet != bool(eye.mount.water.is_wet(place, data.time)):
             return 0.0
         if not self._is_open(data, sender, receiver, origin):
             return 0.0
         angles = np.radians([source.beam, incidence])
-        return optical_link.received_power(source.power, distance, self._attenuation, angles[0], eye.area, angles[1])
+        attenuation = self._attenuation if is_wet else self._air
+        return optical_link.received_power(source.power, distance, attenuation, angles[0], eye.area, angles[1])
 
     def _launch(self, data: mujoco.MjData, packet: Packet, last: Epoch, now: Epoch) -> None:
         """Let all modems that see a packet have it."""
