@@ -1,6 +1,6 @@
 //! Criterion: what a hull below a surface costs a step.
 //!
-//! `cargo bench -p hydro-effects`: every shape cut by planes of 64 attitudes, a mesh of 1000 faces, a hull of 18 solids,
+//! `cargo bench -p hydro-effects`: every shape cut by planes of 64 attitudes, meshes of 1000 and of 20 000 faces, a hull of 18 solids,
 //! panels under a wave of 20 components, and the check of a mesh of 20 000 faces.
 #![allow(missing_docs, clippy::unwrap_used)]
 
@@ -87,6 +87,15 @@ fn below(criterion: &mut Criterion) {
             });
         });
     }
+    let (vertices, faces) = torus(100, 100);
+    let large = Shape::Mesh(Arc::new(Mesh::new(&vertices, &faces).unwrap()));
+    group.bench_function(BenchmarkId::new("mesh", faces.len()), |bench| {
+        let mut planes = planes.iter().cycle();
+        bench.iter(|| {
+            let (up, level) = planes.next().unwrap();
+            black_box(&large).below(black_box(up), *level)
+        });
+    });
     // Nearly on its side: the slices of a cylinder are summed.
     let (name, rod) = &shapes()[3];
     group.bench_function(BenchmarkId::new(*name, "on its side"), |bench| {

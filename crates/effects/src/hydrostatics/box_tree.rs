@@ -1,6 +1,6 @@
-//! Tree of bounding boxes over triangles: which pairs may touch, and which triangles a ray may meet.
+//! Tree of bounding boxes over triangles: which pairs may touch, which triangles a ray may meet, and which a plane.
 
-use std::ops::{ControlFlow, Range};
+use std::ops::{Add, ControlFlow, Range};
 
 use nalgebra::Vector3;
 
@@ -34,6 +34,13 @@ impl Bounds {
         (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
     }
 
+    /// Least and greatest height of the box above a plane.
+    fn heights(&self, up: &Vector3<f64>, level: f64) -> [f64; 2] {
+        let centre = 0.5 * up.dot(&(self.low + self.high)) - level;
+        let half = 0.5 * up.abs().dot(&(self.high - self.low));
+        [centre - half, centre + half]
+    }
+
     /// Whether a ray meets the box; `inverse` is one over the ray's direction.
     fn meets_ray(&self, origin: &Vector3<f64>, inverse: &Vector3<f64>) -> bool {
         let (mut first, mut last) = (0.0_f64, f64::INFINITY);
@@ -45,6 +52,14 @@ impl Bounds {
         }
         first <= last
     }
+}
+
+/// What a plane leaves below it.
+pub(super) enum Wet {
+    /// All triangles of a node.
+    Subtree(usize),
+    /// A triangle that the plane may cut.
+    Triangle(usize),
 }
 
 /// A node; its left child stands next to it.
@@ -140,6 +155,55 @@ impl BoxTree {
             }
         }
         ControlFlow::Continue(())
+    }
+
+    /// A sum over the triangles of every node.
+    pub(super) fn sums<S: Copy + Add<Output = S>>(&self, of: impl Fn(usize) -> S) -> Vec<S> {
+        let mut sums: Vec<Option<S>> = vec![None; self.nodes.len()];
+        // Children stand behind their parents.
+        for (at, node) in self.nodes.iter().enumerate().rev() {
+            sums[at] = match node.is_leaf() {
+                true => {
+                    let triangles = self.order[node.places()].iter();
+                    triangles
+                        .map(|of_node| of(*of_node as usize))
+                        .reduce(S::add)
+                }
+                false => {
+                    let (left, right) = node.children(at);
+                    sums[left]
+                        .zip(sums[right])
+                        .map(|(left, right)| left + right)
+                }
+            };
+        }
+        sums.into_iter().flatten().collect()
+    }
+
+    /// Visits what is not above a plane: points with `up.x <= level` are below it.
+    pub(super) fn below(&self, up: &Vector3<f64>, level: f64, mut visit: impl FnMut(Wet)) {
+        if !self.nodes.is_empty() {
+            self.below_in(0, up, level, &mut visit);
+        }
+    }
+
+    fn below_in(&self, at: usize, up: &Vector3<f64>, level: f64, visit: &mut impl FnMut(Wet)) {
+        let node = &self.nodes[at];
+        let [lowest, highest] = node.bounds.heights(up, level);
+        if lowest > 0.0 {
+            return;
+        }
+        if highest <= 0.0 {
+            visit(Wet::Subtree(at));
+        } else if node.is_leaf() {
+            for place in node.places() {
+                visit(Wet::Triangle(self.order[place] as usize));
+            }
+        } else {
+            let (left, right) = node.children(at);
+            self.below_in(left, up, level, visit);
+            self.below_in(right, up, level, visit);
+        }
     }
 
     /// Visits every triangle whose box a ray meets.

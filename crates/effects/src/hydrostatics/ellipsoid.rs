@@ -37,3 +37,13 @@ pub(super) fn below(semi_axes: &Vector3<f64>, up: &Vector3<f64>, level: f64) -> 
         moment: semi_axes.component_mul(&normal) * (scale * along / reach),
     }
 }
+
+/// The part of a ball below a plane.
+pub(super) fn ball_below(radius: f64, up: &Vector3<f64>, level: f64) -> Part {
+    let (volume, along) = unit_cap((level / radius).clamp(-1.0, 1.0));
+    let cube = radius * radius * radius;
+    Part {
+        volume: cube * volume,
+        moment: up * (cube * radius * along),
+    }
+}

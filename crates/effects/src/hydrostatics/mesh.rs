@@ -1,7 +1,6 @@
 //! A closed triangle mesh.
 
 use std::{
-    cell::Cell,
     fmt,
     hash::{DefaultHasher, Hasher},
 };
@@ -14,7 +13,7 @@ use super::{
     edges,
     mesh_error::{LARGEST_COORDINATE, MOST_FACES, MeshError},
     part::Part,
-    polyhedron::{self, Facet},
+    polyhedron::{self, Facet, Sums},
     shells,
 };
 
@@ -22,11 +21,6 @@ use super::{
 const TOUCH: f64 = 1e-6;
 /// Volume [extents^3] that counts as none.
 const FLAT: f64 = 1e-12;
-
-thread_local! {
-    /// Heights of vertices above a plane: a buffer, so that a step allocates nothing.
-    static HEIGHTS: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
-}
 
 /// A closed triangle mesh that encloses every point once or not at all: convex or not, in one or several shells, with or
 /// without cavities (which displace nothing). Its own frame [m].
@@ -38,6 +32,8 @@ pub struct Mesh {
     vertices: Vec<Vector3<f64>>,
     facets: Vec<Facet>,
     tree: BoxTree,
+    /// Of each node of the tree.
+    sums: Vec<Sums>,
     /// Whole, in the mesh's frame.
     whole: Part,
     /// Radius of a ball about the middle, and of one about the origin.
@@ -102,9 +98,11 @@ impl Mesh {
                 volume: whole.volume,
             });
         }
+        let tree = BoxTree::new(facets.iter().map(|facet| facet.places(&vertices)));
         let mesh = Self {
             middle,
-            tree: BoxTree::new(facets.iter().map(|facet| facet.places(&vertices))),
+            sums: tree.sums(|facet| Sums::of(&facets[facet], &vertices)),
+            tree,
             whole: whole.shifted(&middle),
             ball: vertices.iter().map(Vector3::norm).fold(0.0, f64::max),
             bounding_radius,
@@ -161,10 +159,8 @@ impl Mesh {
     /// The part below a plane, as [`super::Shape::below`].
     pub(super) fn below(&self, up: &Vector3<f64>, level: f64) -> Part {
         let level = level - up.dot(&self.middle);
-        let mut heights = HEIGHTS.take();
-        let part = polyhedron::below(&self.vertices, &self.facets, up, level, &mut heights);
-        HEIGHTS.set(heights);
-        part.shifted(&self.middle)
+        let tree = (&self.tree, &self.sums[..]);
+        polyhedron::below(&self.vertices, &self.facets, tree, up, level).shifted(&self.middle)
     }
 
     /// Least and greatest coordinate along a unit vector [m].

@@ -3,9 +3,14 @@
 //! The wet parts of the triangles, each joined to one point on the plane, make signed tetrahedra that sum to the wet
 //! volume; the cut face adds nothing, for that point lies in it. Exact for any closed surface, convex or not.
 
-use nalgebra::Vector3;
+use std::ops::Add;
 
-use super::part::Part;
+use nalgebra::{Matrix3, Vector3};
+
+use super::{
+    box_tree::{BoxTree, Wet},
+    part::Part,
+};
 
 /// A triangle of a closed surface, its corners counterclockwise from outside.
 #[derive(Clone, Debug)]
@@ -59,6 +64,12 @@ impl Tetrahedra {
         self.weighted += six_volumes * corners;
     }
 
+    /// The facets of some sums, whole.
+    fn add_all(&mut self, of: &Sums) {
+        self.six_volumes += of.offset - of.normal.dot(&self.apex);
+        self.weighted += of.by_offset - of.by_normal * self.apex;
+    }
+
     /// The part of a facet at a height of zero or less.
     #[inline]
     fn add_wet(
@@ -104,26 +115,62 @@ impl Tetrahedra {
     }
 }
 
-/// The part of a closed surface below a plane. `heights` is a buffer.
+/// Sums over some facets, from which their tetrahedra from any apex follow.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sums {
+    /// Of the normals and offsets.
+    normal: Vector3<f64>,
+    offset: f64,
+    /// Of the corners' sums, each times its facet's offset, and times its facet's normal.
+    by_offset: Vector3<f64>,
+    by_normal: Matrix3<f64>,
+}
+
+impl Sums {
+    pub(super) fn of(facet: &Facet, vertices: &[Vector3<f64>]) -> Self {
+        let [a, b, c] = facet.places(vertices);
+        let corners = a + b + c;
+        Self {
+            normal: facet.normal,
+            offset: facet.offset,
+            by_offset: facet.offset * corners,
+            by_normal: corners * facet.normal.transpose(),
+        }
+    }
+}
+
+impl Add for Sums {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            normal: self.normal + other.normal,
+            offset: self.offset + other.offset,
+            by_offset: self.by_offset + other.by_offset,
+            by_normal: self.by_normal + other.by_normal,
+        }
+    }
+}
+
+/// The part of a closed surface below a plane: subtrees under the plane by their sums, of facets those that it cuts.
+/// `sums`: of each node of the tree.
 pub(super) fn below(
     vertices: &[Vector3<f64>],
     facets: &[Facet],
+    (tree, sums): (&BoxTree, &[Sums]),
     up: &Vector3<f64>,
     level: f64,
-    heights: &mut Vec<f64>,
 ) -> Part {
-    heights.clear();
-    heights.extend(vertices.iter().map(|vertex| up.dot(vertex) - level));
     let mut sum = Tetrahedra::new(up * level);
-    for facet in facets {
-        let corners = facet.corners.map(|corner| corner as usize);
-        sum.add_wet(
-            &facet.normal,
-            facet.offset,
-            corners.map(|corner| &vertices[corner]),
-            corners.map(|corner| heights[corner]),
-        );
-    }
+    tree.below(up, level, |wet| match wet {
+        Wet::Subtree(node) => sum.add_all(&sums[node]),
+        Wet::Triangle(facet) => {
+            let facet = &facets[facet];
+            let corners = facet.corners.map(|corner| &vertices[corner as usize]);
+            let heights = corners.map(|corner| up.dot(corner) - level);
+            sum.add_wet(&facet.normal, facet.offset, corners, heights);
+        }
+    });
     sum.part()
 }
 

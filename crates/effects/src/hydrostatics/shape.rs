@@ -74,7 +74,7 @@ impl Shape {
             return Part::NONE;
         }
         let part = match self {
-            Self::Sphere { radius } => ellipsoid::below(&Vector3::from_element(*radius), up, level),
+            Self::Sphere { radius } => ellipsoid::ball_below(*radius, up, level),
             Self::Ellipsoid { semi_axes } => {
                 ellipsoid::below(&Vector3::from(*semi_axes), up, level)
             }
