@@ -43,7 +43,13 @@ pub(super) fn below(radius: f64, half_length: f64, up: &Vector3<f64>, level: f64
     let area = PI * radius * radius;
     let whole = area * (bottom + h);
     let (mut volume, mut axial, mut lateral) = (whole, 0.5 * whole * (bottom - h), 0.0);
-    if top > bottom {
+    if bottom > -h && top < h {
+        // The plane cuts neither end: a column under a slope.
+        let (middle, rise) = (level / along, rim / along);
+        volume = area * (middle + h);
+        axial = 0.5 * area * (middle * middle + 0.25 * rise * rise - h * h);
+        lateral = -0.25 * area * radius * radius / along;
+    } else if top > bottom {
         let chord = |z: f64| ((level - along * z) / rim).clamp(-1.0, 1.0);
         let (v, m, l) = if 2.0 * h * along < NARROW * rim {
             by_quadrature(bottom, top, chord(bottom), chord(top))

@@ -197,8 +197,37 @@ const BOX_FACES: [[[[usize; 3]; 2]; 2]; 3] = [
     [[[4, 5, 7], [4, 7, 6]], [[0, 2, 3], [0, 3, 1]]],
 ];
 
+/// The part of a box below a plane that cuts the four edges along one axis and no others: a column under a slope. None where it
+/// cuts others.
+fn column_below(half: &Vector3<f64>, up: &Vector3<f64>, level: f64) -> Option<Part> {
+    let axis = up.iamax();
+    let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+    let inverse = up[axis].recip();
+    let middle = level * inverse;
+    // Rise of the plane from the middle to the sides.
+    let rise = [-up[i] * inverse * half[i], -up[j] * inverse * half[j]];
+    let reach = middle.abs() + rise[0].abs() + rise[1].abs();
+    if reach.is_nan() || reach > half[axis] {
+        return None;
+    }
+    let area = 4.0 * half[i] * half[j];
+    let signed_area = area.copysign(up[axis]);
+    let square = middle * middle + (rise[0] * rise[0] + rise[1] * rise[1]) / 3.0;
+    let mut moment = Vector3::zeros();
+    moment[i] = signed_area * rise[0] * half[i] / 3.0;
+    moment[j] = signed_area * rise[1] * half[j] / 3.0;
+    moment[axis] = 0.5 * signed_area * (square - half[axis] * half[axis]);
+    Some(Part {
+        volume: area * half[axis] + signed_area * middle,
+        moment,
+    })
+}
+
 /// The part of a box below a plane.
 pub(super) fn box_below(half: &Vector3<f64>, up: &Vector3<f64>, level: f64) -> Part {
+    if let Some(part) = column_below(half, up, level) {
+        return part;
+    }
     let corners: [Vector3<f64>; 8] = std::array::from_fn(|corner| {
         Vector3::from_fn(|axis, _| {
             if corner >> axis & 1 == 1 {
