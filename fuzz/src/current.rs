@@ -32,5 +32,12 @@ pub(super) fn look(current: &CurrentField) {
             "{velocity:?} at {place:?}, {depth} m, {time} s"
         );
         current.advance(&mut state, 0.01);
+        // What a program sets is its own affair.
+        if let Some([.., set]) = state
+            .last_chunk_mut::<3>()
+            .filter(|_| current.is_settable())
+        {
+            *set = f64::NAN;
+        }
     }
 }

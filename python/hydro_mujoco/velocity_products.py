@@ -34,6 +34,7 @@ def drag_tensors(name: str, *, modulus: Array | None = None, plain: Array | None
 
     Raises:
         DataError: an array of another shape, or a number that is not finite; no number but zeros.
+        ValueError, where the model is compiled: a name that is none.
 
     Source: T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., Wiley 2021, section 6.4
     (nonlinear damping: second-order modulus functions, and truncated Taylor series).
@@ -77,7 +78,10 @@ def _definition(kind: str, array: np.ndarray) -> dict[str, Any]:
 
 
 def _checked(key: str, array: Array) -> np.ndarray:
-    found = np.asarray(array, float)
+    try:
+        found = np.asarray(array, float)
+    except (TypeError, ValueError) as error:
+        raise DataError(f"{key}: {error}; expected numbers of shape (6, 6, 6)") from error
     if found.shape != (6, 6, 6):
         raise DataError(f"{key}: shape {found.shape}, expected (6, 6, 6)")
     if not np.all(np.isfinite(found)):

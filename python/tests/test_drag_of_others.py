@@ -62,6 +62,8 @@ def test_what_is_no_tensor_is_refused():
     a, _ = tensors(3)
     with pytest.raises(hydro_mujoco.DataError, match=r"plain: shape \(6, 6\), expected \(6, 6, 6\)"):
         hydro_mujoco.drag_tensors("drag", plain=a[0])
+    with pytest.raises(hydro_mujoco.DataError, match="modulus: could not convert"):
+        hydro_mujoco.drag_tensors("drag", modulus="abc")
     a[1, 2, 3] = np.nan
     with pytest.raises(hydro_mujoco.DataError, match=r"modulus\[1, 2, 3\]: nan, expected finite"):
         hydro_mujoco.drag_tensors("drag", modulus=a)

@@ -200,13 +200,41 @@ def test_a_ball_drifts_with_a_current_from_when_it_is_set():
 def test_a_current_that_cannot_be_set_says_so():
     model, data = drifter()
     water = sea.water(model, "ball")
-    for wrong in ((1, 2), 3.0, (np.nan, 0, 0), (101, 0, 0), (-np.inf, 0, 0)):
+    for wrong in ((1, 2), 3.0, (np.nan, 0, 0), (101, 0, 0), (-np.inf, 0, 0), "fast", [[1], [1, 2]], None):
         with pytest.raises(DataError, match="expected three numbers from -100 to 100 m/s"):
             water.set_current(data, wrong)
     np.testing.assert_array_equal(data.plugin_state, np.zeros(3))
-    model, data = probes(SEAS["listed"], (0.1, 0, 0))
+    model, other = probes(SEAS["listed"], (0.1, 0, 0))
     with pytest.raises(DataError, match="current. is not settable"):
-        sea.water(model, "ball").set_current(data, (0, 0, 0))
+        sea.water(model, "ball").set_current(other, (0, 0, 0))
+    with pytest.raises(DataError, match="the data have 0 numbers of plugin state, the model 3"):
+        water.set_current(other, (0, 0, 0))
+
+
+def test_a_current_is_set_where_it_acts_though_effects_need_less_memory_than_the_model_has():
+    spec = mujoco.MjSpec.from_string(
+        DRIFTER.replace("</worldbody>", "</worldbody><actuator><motor name='m' joint='j'/></actuator>").replace(
+            "<freejoint/>", "<joint name='j' type='slide' axis='1 0 0'/>"
+        )
+    )
+    drag = {"linear_drag": {"surge": 4, "sway": 4, "heave": 4, "roll": 0, "pitch": 0, "yaw": 0}}
+    effects = [{"effect": "actuator_delay", "target": "m", "parameters": {"delay": 0.5}}]
+    effects += [{"effect": effect, "parameters": parameters} for effect, parameters in drag.items()]
+    current = {"schema": "hydro-current/1", "velocity": [0, 0, 0], "settable": True}
+    model = hydro.add_water(spec, body="ball", effects=effects, current=current).compile()
+    model.opt.timestep *= 2
+    data = mujoco.MjData(model)
+    sea.water(model, "ball").set_current(data, (0.5, 0, 0))
+    mujoco.mj_step(model, data, 2000)
+    np.testing.assert_allclose(data.qvel, [0.5], atol=1e-3)
+
+
+def test_what_is_no_velocity_counts_as_none():
+    model, data = drifter()
+    data.plugin_state[:] = (np.nan, 0, 0)
+    mujoco.mj_step(model, data, 10)
+    np.testing.assert_array_equal(data.qvel, np.zeros(6))
+    assert data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number == 0
 
 
 @pytest.mark.filterwarnings("ignore")

@@ -92,6 +92,11 @@ def test_a_current_on_a_grid_is_refused_by_name():
     assert "supported: velocity, profile, random" in found
 
 
+def test_a_current_that_a_program_sets_is_refused_by_name():
+    settable = {"schema": "hydro-current/1", "velocity": [0, 0, 0], "settable": True}
+    assert "attribute `current`: `settable` is not supported" in refusal(vehicle(DRAG, current=json.dumps(settable)))
+
+
 def test_gusts_under_runge_kutta_are_refused_by_name():
     gusts = {"schema": "hydro-current/1", "velocity": [0, 0, 0], "random": RANDOM}
     found = refusal(vehicle(DRAG, current=json.dumps(gusts), option='integrator="RK4"'))

@@ -228,13 +228,11 @@ pub struct Bound {
     pub density: f64,
     /// Surface, waves and current.
     pub sea: Sea,
-    /// Range of the memory of [`Bound::sea`] in that of all.
-    pub sea_memory: Range<usize>,
     /// Velocity of the water in the world beside [`Bound::water`] [m/s].
     pub current: [f64; 3],
     /// Notes for the user: a centre outside its hull, two buoyancies, waves beyond the theory.
     pub notes: Vec<String>,
-    /// Numbers of memory of all.
+    /// Numbers of memory of all, that of [`Bound::sea`] last.
     pub memory_len: usize,
 }
 

@@ -5,7 +5,7 @@ surface.py     `add_surface(spec)` and `Surface(model, body)`: the surface as Mu
 grid.py        `Grid`: elevation on large grids, fast
 waves.py       linear waves: elevation, velocity and pressure at points
 spectrum.py    the components of a spectrum
-current.py     currents: profile, grid, random part
+current.py     currents: profile, grid, random part, a part that a program sets
 random.py      numbers from a seed and a counter
 attributes.py  what the instances of `hydro.wrench` of a compiled model say
 """

@@ -32,6 +32,7 @@ class Water:
         steady: wind of MuJoCo's own fluid, which moves with the world, and effects `current` [m/s], shape (3,).
         swells: parameters of effects `waves`, each x, y, z [m/s], frequency [rad/s], phase [rad], vertical_lag [rad].
         memory: where the random part of the current, and what a program sets of it, are kept in `data.plugin_state`.
+        states: numbers of that of the model.
     """
 
     density: float
@@ -42,6 +43,7 @@ class Water:
     steady: np.ndarray
     swells: tuple[np.ndarray, ...]
     memory: slice
+    states: int
 
     def level(self, x: np.ndarray | float, y: np.ndarray | float, time: float) -> np.ndarray:
         """World z of the surface [m] at x, y [m] and a time [s], of their shape; infinity without a waterline."""
@@ -82,7 +84,7 @@ class Water:
         return total
 
     def set_current(self, data: mujoco.MjData, velocity: Sequence[float] | np.ndarray) -> None:
-        """Sets what is added to the attribute's current from now on, everywhere, at the time of `data` and later.
+        """Sets what is added to the current of this instance's attribute, everywhere, from now on.
 
         It is a part of the state of `data`, `plugin_state`: copies and restored states have it, `mj_resetData` takes it
         back. Any time between steps is a good one; each data of a model may have another.
@@ -91,7 +93,7 @@ class Water:
             data: of the model. velocity: [m/s], world, three numbers from -100 to 100.
 
         Raises:
-            DataError: the attribute `current` is not settable, or the velocity is not such.
+            DataError: the attribute `current` is not settable, the velocity is none, or the data are not the model's.
 
         >>> import mujoco, hydro_mujoco as hydro
         >>> spec = mujoco.MjSpec.from_string('''<mujoco><worldbody><body name="hull"><freejoint/>
@@ -106,7 +108,12 @@ class Water:
         """
         if self.current is None or not self.current.is_settable:
             raise DataError('attribute `current` is not settable: "settable": true in its hydro-current/1 makes it so')
-        wanted = np.asarray(velocity, float)
+        if len(data.plugin_state) != self.states:
+            raise DataError(f"the data have {len(data.plugin_state)} numbers of plugin state, the model {self.states}")
+        try:
+            wanted = np.asarray(velocity, float)
+        except (TypeError, ValueError):
+            wanted = np.empty(0)
         if wanted.shape != (3,) or not np.all(np.abs(wanted) <= FASTEST):
             raise DataError(f"velocity {velocity}: expected three numbers from -{FASTEST:g} to {FASTEST:g} m/s")
         data.plugin_state[self.memory][-SET:] = wanted
@@ -164,6 +171,7 @@ def water_about(model: mujoco.MjModel, body: int) -> Water:
         swells=swells,
         # The last of the instance's memory (src/mujoco/effects/bind.rs).
         memory=slice(last - (0 if current is None else current.memory), last),
+        states=int(model.npluginstate),
     )
 
 

@@ -35,11 +35,11 @@ class OpticalChannel(Channel[OpticalStation]):
     """The water or the air between optical modems: light goes straight, at once, and fades on its way.
 
     The power that arrives is P exp(-c d) A cos(incidence) / (2 pi d^2 (1 - cos beam)), with c the beam attenuation of
-    the light in the water, or in the air where both modems are above it: what is scattered is lost. None arrives
-    outside the sender's beam or the receiver's view, where something stands between, from the water into the air or
-    back, or beyond reach; that is judged at a packet's begin. Noise is that of the receiver and that of daylight, whose
-    variance falls with depth as daylight does, exp(-K depth), whichever way the receiver looks. Packets that overlap at
-    a modem are noise to each other, and what a modem sends drowns what it sees (half duplex).
+    the light in the water, or in the air where both modems are above it, whatever lies between: what is scattered is
+    lost. None arrives outside the sender's beam or the receiver's view, where something stands between, from the water
+    into the air or back, or beyond reach; that is judged at a packet's begin. Noise is that of the receiver and that of
+    daylight, whose variance falls with depth as daylight does, exp(-K depth), whichever way the receiver looks. Packets
+    that overlap at a modem are noise to each other, and what a modem sends drowns what it sees (half duplex).
 
     The channel remembers what is under way: after a restored state `reset` it. Where time goes back it resets itself.
 

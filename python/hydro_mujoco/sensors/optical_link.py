@@ -14,7 +14,7 @@ def received_power(
     receiver has all of the light at most.
 
     Args:
-        power: P, sent [W]. distance: d [m]. attenuation: c of the water [1/m].
+        power: P, sent [W]. distance: d [m]. attenuation: c of the water or air [1/m].
         half_angle: of the sender's cone [rad]. area: A of the receiver [m^2].
         incidence: angle between the receiver's normal and the way to the sender [rad], at most pi / 2.
 

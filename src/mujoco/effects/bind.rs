@@ -72,9 +72,7 @@ pub(crate) fn bind(
     }
     bound.in_waves = in_waves(model, around, &bound);
     bound.notes = notes(model, around, &bound);
-    let start = bound.memory_len;
     bound.memory_len += bound.sea.memory_len();
-    bound.sea_memory = start..bound.memory_len;
     Ok(bound)
 }
 

@@ -22,7 +22,7 @@ use super::{
     body_load::{BodyLoad, body_load, commands, motion},
     frame::Frame,
     potential_flow,
-    source::Source,
+    source::{Source, sea_memory_start},
     submersion::wet_part,
     water::Water,
 };
@@ -432,8 +432,8 @@ pub(crate) fn advance_memory(
             part.advance(parameters, &motion, step, &mut memory[range.clone()]);
         }
     }
-    let sea = &source.bound.sea;
-    sea.advance(&mut memory[source.bound.sea_memory.clone()], step);
+    let first = sea_memory_start(source.bound, memory);
+    source.bound.sea.advance(&mut memory[first..], step);
     if !source.commands_arrived {
         for changed in &source.bound.actuators {
             actuation::arriving(changed, data.ctrl()[changed.control], step, memory);

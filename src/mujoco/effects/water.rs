@@ -78,11 +78,10 @@ impl<'a> Water<'a> {
 
     /// Velocity at a point without the waves of a source's own attributes [m/s].
     pub(crate) fn without_waves(&self, source: &Source<'_>, at: Vector3<f64>) -> Vector3<f64> {
-        let memory = &source.memory[source.bound.sea_memory.clone()];
         self.wind
             + Vector3::from(source.bound.current)
             + self.added(at)
-            + source.bound.sea.current(at, self.time, memory)
+            + source.bound.sea.current(at, self.time, source.sea_memory())
     }
 
     /// Motion of the sea of a source's own attributes at a point.
@@ -91,7 +90,6 @@ impl<'a> Water<'a> {
         if !sea.moves() {
             return WaterMotion::default();
         }
-        let memory = &source.memory[source.bound.sea_memory.clone()];
-        sea.motion(at, self.time, memory)
+        sea.motion(at, self.time, source.sea_memory())
     }
 }

@@ -160,7 +160,7 @@ impl BoxTree {
     /// A sum over the triangles of every node.
     pub(super) fn sums<S: Copy + Add<Output = S>>(&self, of: impl Fn(usize) -> S) -> Vec<S> {
         let mut sums: Vec<Option<S>> = vec![None; self.nodes.len()];
-        // Children stand behind their parents.
+        // Children stand behind their parents. Every leaf has a triangle, so every node a sum.
         for (at, node) in self.nodes.iter().enumerate().rev() {
             sums[at] = match node.is_leaf() {
                 true => {

@@ -34,8 +34,8 @@ const RANDOM_KEYS: [&str; 3] = ["deviation", "time_constant", "seed"];
 /// caller keeps its state, four numbers: the velocity [m/s] and how many draws were made. The next state is a pure
 /// function of seed, state and step, so that a copied or restored state goes on with the same bits.
 ///
-/// A part that a program sets, the same everywhere too, may be added: three numbers more of that state, the last ones [m/s], zero
-/// until they are set.
+/// A part that a program sets, the same everywhere too, may be added: the last three numbers of the state, a velocity [m/s], zero
+/// until it is set.
 ///
 /// The process has no acceleration that a body could feel as pressure; whoever applies it takes the current as steady.
 #[derive(Clone, Debug, PartialEq)]
@@ -122,6 +122,11 @@ impl CurrentField {
         }
     }
 
+    /// True where a program may set a part of it.
+    pub fn is_settable(&self) -> bool {
+        self.is_settable
+    }
+
     /// Numbers of state that the caller keeps: four of a random part, then three of a part that a program sets; none without.
     pub fn state_len(&self) -> usize {
         let random = self.random.map_or(0, |_| RANDOM_LEN);
@@ -175,11 +180,14 @@ impl CurrentField {
         Some((random, state))
     }
 
-    /// What a program has set [m/s]; nothing in a state of another length.
+    /// What a program has set [m/s]; nothing in a state of another length, and where it is no velocity.
     fn set(&self, state: &[f64]) -> [f64; SET_LEN] {
         let is_set = self.is_settable && state.len() == self.state_len();
-        let set = state.last_chunk().filter(|_| is_set);
-        set.copied().unwrap_or_default()
+        let set: Option<&[f64; SET_LEN]> = state.last_chunk().filter(|_| is_set);
+        let [least, most] = VELOCITIES;
+        let is_velocity =
+            |set: &&[f64; SET_LEN]| set.iter().all(|value| (least..=most).contains(value));
+        set.filter(is_velocity).copied().unwrap_or_default()
     }
 
     /// Velocity [m/s] at a place x, y [m], a depth below the still level [m] and a time [s], with the random part of a state and

@@ -123,16 +123,9 @@ fn explain_without<'p>(
         let least = (!is_same).then_some(leader - behind);
         let worth = seen.worth(problem.settings.options.likelihood.worth_within);
         let how = How::Some(&worth);
-        let looked = match alone.take_if(|_| next.set.is_empty()) {
-            Some((settled, _)) => {
-                working = settled;
-                look_settled(problem, &mut working, none, &how)?
-            }
-            None => {
-                best.go(&mut working, &next);
-                look_if(problem, &mut working, none, &how, least)?
-            }
-        };
+        best.go(&mut working, &next);
+        let settled = alone.take_if(|_| next.set.is_empty());
+        let looked = look_from(problem, (&mut working, settled), none, &how, least)?;
         let (there, own) = match looked {
             Looked::There(there) => {
                 seen.keep(&there.found);
@@ -157,14 +150,8 @@ fn explain_without<'p>(
                     false => {
                         let worth = seen.worth(problem.settings.options.likelihood.worth_within);
                         let how = How::Some(&worth);
-                        let looked = match alone.take_if(|_| best.point.set().is_empty()) {
-                            Some((settled, _)) => {
-                                working = settled;
-                                look_settled(problem, &mut working, none, &how)?
-                            }
-                            None => look_if(problem, &mut working, none, &how, None)?,
-                        };
-                        match looked {
+                        let settled = alone.take_if(|_| best.point.set().is_empty());
+                        match look_from(problem, (&mut working, settled), none, &how, None)? {
                             Looked::There(there) => Some(*there),
                             Looked::Behind(_) => None,
                         }
@@ -267,13 +254,21 @@ fn look_if<'p>(
     Ok(Looked::NOWHERE)
 }
 
-/// Looks from a point that has settled.
-fn look_settled<'p>(
+/// Looks from where the point's set has `settled` already, or lets it settle first ([`look_if`]).
+fn look_from<'p, 'w, 'a>(
     problem: &'p Problem<'p>,
-    working: &mut WorkingPoint<'_, '_>,
+    (working, settled): (
+        &mut WorkingPoint<'w, 'a>,
+        Option<(WorkingPoint<'w, 'a>, f64)>,
+    ),
     none: f64,
     how: &How<'_>,
+    least: Option<f64>,
 ) -> Result<Looked<'p>, GapError> {
+    let Some((settled, _)) = settled else {
+        return look_if(problem, working, none, how, least);
+    };
+    *working = settled;
     let there = look(problem, working, Some(none), how)?;
     Ok(there.map_or(Looked::NOWHERE, Looked::there))
 }

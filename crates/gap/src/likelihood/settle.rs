@@ -20,7 +20,7 @@ use crate::{
 
 /// A point that has settled, or whose sweeps have ended.
 pub(crate) struct Settled {
-    /// Log posterior of its set in its last sweep; none where its values still moved.
+    /// Log posterior of its set in its last sweep; none where a step was too long or its values still moved.
     log_posterior: Option<f64>,
 }
 

@@ -193,8 +193,11 @@ fn a_point_that_settles_reaches_what_was_promised() {
         let mut hopeless = working.clone();
         assert!(hopeless.settle(Some(1e12)).unwrap().is_some());
         assert!(!hopeless.counts_as_reached);
-        assert!(working.settle(None).unwrap().is_some());
+        let settled = working.settled_posterior(None).unwrap().unwrap();
         assert!(!working.counts_as_reached);
+        // As another sweep has it.
+        let again = working.posterior().unwrap().unwrap();
+        assert!((settled - again).abs() < 0.5, "{settled} {again}");
         let (after, left) = reached(&working);
         assert!(left < 1.0, "{left}");
         let gained = after - before;

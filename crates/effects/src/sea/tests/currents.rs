@@ -327,6 +327,12 @@ fn what_a_program_sets_is_added_and_stays() {
     for (axis, (with, without)) in with.into_iter().zip(without).enumerate() {
         assert!((with - without - (axis + 1) as f64).abs() < 1e-12);
     }
+    // What is no velocity counts as none.
+    for odd in [f64::NAN, f64::INFINITY, 100.1] {
+        let mut state = state.clone();
+        state[5] = odd;
+        assert_eq!(both.velocity([0.0; 2], 0.0, 0.0, &state), without);
+    }
     // Memory as a simulation starts it: the random part draws, nothing is set.
     assert_eq!(
         both.velocity([0.0; 2], 0.0, 0.0, &[0.0; 7]),
