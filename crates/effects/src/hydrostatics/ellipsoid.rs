@@ -23,18 +23,25 @@ pub(super) fn volume(semi_axes: &Vector3<f64>) -> f64 {
 
 /// The part of an ellipsoid below a plane. The map to the unit ball takes planes to planes and volumes to volumes over
 /// `a b c`.
-pub(super) fn below(semi_axes: &Vector3<f64>, up: &Vector3<f64>, level: f64) -> Part {
-    let normal = semi_axes.component_mul(up);
+pub(super) fn below([a, b, c]: &[f64; 3], up: &Vector3<f64>, level: f64) -> Part {
+    let normal = Vector3::new(a * up.x, b * up.y, c * up.z);
     let reach = normal.norm();
     if reach == 0.0 {
         // Flat, and seen from its edge: no volume on either side.
         return Part::NONE;
     }
-    let (volume, along) = unit_cap((level / reach).clamp(-1.0, 1.0));
-    let scale = semi_axes.product();
+    // Finite: a length whose square is above zero is not as small as that.
+    let inverse = reach.recip();
+    let (volume, along) = unit_cap((level * inverse).clamp(-1.0, 1.0));
+    let scale = a * b * c;
+    let lift = scale * along * inverse;
     Part {
         volume: scale * volume,
-        moment: semi_axes.component_mul(&normal) * (scale * along / reach),
+        moment: Vector3::new(
+            a * normal.x * lift,
+            b * normal.y * lift,
+            c * normal.z * lift,
+        ),
     }
 }
 

@@ -75,9 +75,7 @@ impl Shape {
         }
         let part = match self {
             Self::Sphere { radius } => ellipsoid::ball_below(*radius, up, level),
-            Self::Ellipsoid { semi_axes } => {
-                ellipsoid::below(&Vector3::from(*semi_axes), up, level)
-            }
+            Self::Ellipsoid { semi_axes } => ellipsoid::below(semi_axes, up, level),
             Self::Box { half } => polyhedron::box_below(&Vector3::from(*half), up, level),
             Self::Cylinder {
                 radius,
