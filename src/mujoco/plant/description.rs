@@ -1,6 +1,7 @@
 //! Bodies, joints and actuators of a model, as `hydro gap` sees them.
 
 use hydro_effects::{Medium, card::JointScale};
+use hydro_frames::world_from_base;
 use hydro_gap::plant::{Inertial, PlantActuator, PlantBody, PlantJoint};
 use nalgebra::Vector3;
 
@@ -141,6 +142,7 @@ pub(crate) fn joints(model: ModelView<'_>) -> Vec<PlantJoint> {
                 dof: model.jnt_dofadr()[joint] as usize,
                 start: model.qpos0()[model.jnt_qposadr()[joint] as usize],
                 is_coordinate: is_coordinate(model, joint, &scale),
+                is_level: is_level(model, joint),
                 scale,
                 pushes: sizes::pushes(model, joint),
                 stiffness: model.jnt_stiffness()[joint],
@@ -176,6 +178,24 @@ fn is_coordinate(model: ModelView<'_>, joint: usize, scale: &JointScale) -> bool
         && slides.iter().all(is_across)
         && !is_limited
         && passive.iter().all(|value| *value == 0.0)
+}
+
+/// True for a slide across the vertical, where nothing above it turns.
+fn is_level(model: ModelView<'_>, joint: usize) -> bool {
+    let slides = |joint: usize| model.jnt_type()[joint] as u32 == mjJNT_SLIDE;
+    let mut axis = Vector3::from(ModelView::triple(model.jnt_axis(), joint));
+    let mut body = model.jnt_bodyid()[joint] as usize;
+    let mut above = model.body_jntadr()[body] as usize..joint;
+    while body != 0 {
+        if !above.all(slides) {
+            return false;
+        }
+        axis = world_from_base(ModelView::quadruple(model.body_quat(), body)) * axis;
+        body = model.body_parentid()[body] as usize;
+        let first = usize::try_from(model.body_jntadr()[body]).unwrap_or(0);
+        above = first..first + model.body_jntnum()[body] as usize;
+    }
+    slides(joint) && axis.z.abs() < ACROSS
 }
 
 /// One entry a control; an actuator with several controls has its name with an index.

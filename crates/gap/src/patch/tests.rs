@@ -89,6 +89,7 @@ fn description() -> PlantDescription {
             stiffness: 3.0,
             damping: 0.0,
             is_coordinate: false,
+            is_level: false,
         }],
         actuators: Vec::new(),
         sensors: Vec::new(),

@@ -186,6 +186,8 @@ pub struct PlantJoint {
     pub damping: f64,
     /// True for a coordinate of a body that moves freely in a plane: no bearing, no spring and no rotor is there.
     pub is_coordinate: bool,
+    /// True for a slide along which depth stays as it is, in every pose.
+    pub is_level: bool,
 }
 
 /// An actuator of the model.

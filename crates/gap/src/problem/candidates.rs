@@ -219,7 +219,8 @@ pub(crate) fn enumerate(
                     continue;
                 }
                 // At one depth, at one distance, these are drag and added mass by another name.
-                if boundary.is_some() && !floats && !travels(model, typical, options.least_travel) {
+                let stays = |boundary| !travels(model, typical, boundary, options.least_travel);
+                if !floats && boundary.is_some_and(stays) {
                     continue;
                 }
                 let mut bodies: Vec<&PlantBody> =
@@ -420,21 +421,27 @@ fn is_out_of_reach(
     }
 }
 
-/// True where something that moves goes far enough to feel depths and distances change.
-fn travels(model: &PlantDescription, typical: &Typical, least: f64) -> bool {
-    let size = model
-        .bodies
-        .iter()
-        .map(|body| greatest_extent(&body.scale))
-        .fold(0.0, f64::max);
-    let hinges: Vec<usize> = model
-        .joints
-        .iter()
-        .filter(|joint| !joint.scale.slides)
-        .map(|joint| joint.qpos)
-        .collect();
+/// True where something that moves goes far enough to feel the distance from a boundary change: that from the surface along the
+/// vertical alone.
+fn travels(
+    model: &PlantDescription,
+    typical: &Typical,
+    boundary: NearBoundary,
+    least: f64,
+) -> bool {
+    let extents = model.bodies.iter().map(|body| greatest_extent(&body.scale));
+    let size = extents.fold(0.0, f64::max);
+    let is_depth = boundary == NearBoundary::FreeSurface;
+    let turns = (model.joints.iter())
+        .filter(|joint| !joint.scale.slides || (is_depth && joint.is_level))
+        .map(|joint| joint.qpos..joint.qpos + 1);
+    let along = (model.base.iter()).flat_map(|base| {
+        let [place, attitude] = [base.qpos..base.qpos + 2, base.qpos + 3..base.qpos + 7];
+        std::iter::once(attitude).chain(is_depth.then_some(place))
+    });
+    let kept: Vec<usize> = turns.chain(along).flatten().collect();
     (0..typical.travel.len())
-        .filter(|at| !hinges.contains(at))
+        .filter(|at| !kept.contains(at))
         .any(|at| typical.travel[at] > least * size)
 }
 

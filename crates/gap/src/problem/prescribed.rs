@@ -129,6 +129,7 @@ mod tests {
                 stiffness: 0.0,
                 damping: 0.0,
                 is_coordinate: false,
+                is_level: false,
             });
         }
         model

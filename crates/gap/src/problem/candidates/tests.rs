@@ -57,6 +57,7 @@ fn joint(dof: usize, slides: bool) -> PlantJoint {
         stiffness: 0.0,
         damping: 0.0,
         is_coordinate: false,
+        is_level: false,
     }
 }
 
@@ -325,6 +326,34 @@ fn a_body_that_stays_away_does_not_feel_the_surface_nor_a_wall() {
     model.waterline = -0.5;
     assert_eq!(felt(&model, -1.3), (true, false));
     assert_eq!(felt(&model, -1.8), (false, false));
+}
+
+/// At one depth the surface is a drag by another name; a wall's distance changes with any way.
+#[test]
+fn a_body_that_keeps_its_depth_does_not_feel_the_surface() {
+    let felt = |model: &PlantDescription, moves: &[usize]| {
+        let mut typical = usual(model);
+        typical.clearance = 0.0;
+        typical.travel = (0..model.nq)
+            .map(|at| if moves.contains(&at) { 1.0 } else { 0.0 })
+            .collect();
+        let (channels, medium) = (&NO_CHANNELS, (&[][..], None));
+        let options = &CandidateOptions::default();
+        let candidates = enumerate(model, channels, &[], &typical, medium, options);
+        let tried = |id: Id| candidates.iter().any(|candidate| candidate.effect == id);
+        (tried(Id::FreeSurface), tried(Id::WallProximity))
+    };
+    let mut model = RigidBody::new().description().clone();
+    assert_eq!(felt(&model, &[0, 1]), (false, true));
+    assert_eq!(felt(&model, &[2]), (true, true));
+    assert_eq!(felt(&model, &[3, 4, 5, 6]), (false, false));
+    // On rails.
+    model.base = None;
+    model.joints = vec![joint(0, true), joint(1, false)];
+    assert_eq!(felt(&model, &[0]), (true, true));
+    assert_eq!(felt(&model, &[1]), (false, false));
+    model.joints[0].is_level = true;
+    assert_eq!(felt(&model, &[0, 1]), (false, true));
 }
 
 /// A rate is no speed: what swings goes as fast as its far end, what a carriage tows as fast as the carriage.
