@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Heave of a moored box in waves: the plugin beside Capytaine's linear potential flow (pip install capytaine)."""
+"""Motions of a moored box in waves: the plugin beside Capytaine's linear potential flow (pip install capytaine)."""
 
 import sys
 
