@@ -221,5 +221,6 @@ fn plant_joint(at: usize) -> PlantJoint {
         stiffness: 3.0,
         damping: 0.1,
         is_coordinate: false,
+        is_level: false,
     }
 }

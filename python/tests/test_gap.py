@@ -96,6 +96,36 @@ def test_a_sensor_that_the_log_lacks_is_said_on_the_terminal(nominal, tmp_path):
     assert "not compared, for a log lacks them: `v`\n" in run.stderr
 
 
+@pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release")
+def test_an_actuator_that_begins_at_rest_under_a_command_is_no_gap(tmp_path):
+    """A log does not say what activations were before it; a simulation's are zero, whatever its first command."""
+    text = CART.format(damping=DAMPING).replace(
+        '<motor name="motor" joint="rail" ctrlrange="-10 10"/>',
+        '<general name="motor" joint="rail" ctrlrange="-10 10" dyntype="filterexact" dynprm="0.4"/>',
+    )
+    (tmp_path / "nominal.xml").write_text(text)
+    logs = []
+    for seed in range(4):
+        model = mujoco.MjModel.from_xml_string(text)
+        data = mujoco.MjData(model)
+        draw = np.random.default_rng(seed)
+        times = np.arange(401) * model.opt.timestep
+        force = 4 * np.cos(draw.uniform(1, 3) * times)
+        readings = np.empty((400, model.nsensordata))
+        for i in range(400):
+            data.ctrl[0] = force[i]
+            mujoco.mj_step(model, data)
+            readings[i] = data.sensordata + draw.normal(size=2) * model.sensor_noise
+        log = {"control_times": times, "control_data": force[:, None], "sensordata_times": times[1:]}
+        logs.append(log | {"sensordata_data": readings})
+    found = gap.run(tmp_path / "nominal.xml", logs, out=tmp_path / "out", medium="none", residual=False, progress=False)
+    assert found.verdict["verdict"] == "no_gap", found.verdict
+    (before,) = [
+        of for of in json.loads((tmp_path / "out/name.json").read_text())["nuisances"] if of[0] == "commands.before"
+    ]
+    assert before[1] == pytest.approx(-1, abs=0.1)
+
+
 def test_only_what_was_written_counts_as_named(tmp_path):
     value = {"name": "damping", "value": 1.0, "unit": "N s/m", "ci95": [0.5, 1.5]}
     entry = {"effect": "joint_damping", "target": "a", "probability": 0.99, "parameters": [value]}

@@ -95,7 +95,7 @@ fn turned(plant: &MujocoPlant, seed: u64, wanted: impl Fn(&Nuisance) -> bool) ->
             .map_or(0.0, |of| of[axis]),
         Quantity::CentreOfMass(_) => rng.random_range(-WAY..WAY),
         // No number of a model: the patch says so and writes none.
-        of if of.is_timing() => 0.0,
+        of if of.is_of_log() => 0.0,
         _ => rng.random_range(-LEVEL..LEVEL),
     };
     let mut value = value;

@@ -90,6 +90,7 @@ fn description() -> PlantDescription {
         stiffness: 0.0,
         damping: 0.0,
         is_coordinate: false,
+        is_level: false,
     };
     PlantDescription {
         timestep: 0.002,

@@ -178,6 +178,60 @@ fn coordinates_of_motion_in_a_plane_are_no_mechanisms() {
     assert_eq!(servo("motor", ""), ["a", "b", "c"]);
 }
 
+/// A slide across the vertical keeps its depth, unless something above it turns.
+#[test]
+fn slides_that_keep_their_depth_are_told_from_others() {
+    let level = |outer: &str, inner: &str, turned: &str| -> Vec<bool> {
+        let text = format!(
+            r#"<mujoco><worldbody><body euler="{turned}">{outer}<geom size="0.1" mass="1"/>
+            <body>{inner}<geom size="0.1" mass="1"/></body></body></worldbody></mujoco>"#
+        );
+        let plant = plant(&text);
+        let joints = plant.description().joints.iter();
+        joints.map(|joint| joint.is_level).collect()
+    };
+    let [x, y, z] =
+        ["1 0 0", "0 1 0", "0 0 1"].map(|axis| format!(r#"<joint type="slide" axis="{axis}"/>"#));
+    let hinge = r#"<joint axis="0 1 0"/>"#;
+    assert_eq!(level(&x, &z, "0 0 0"), [true, false]);
+    assert_eq!(level(&z, &y, "0 0 30"), [false, true]);
+    assert_eq!(level(&x, &z, "0 90 0"), [false, true]);
+    assert_eq!(level(&x, &y, "0 1 0"), [false, true]);
+    assert_eq!(level(hinge, &x, "0 0 0"), [false, false]);
+    assert_eq!(
+        level(&format!("{x}{hinge}"), &y, "0 0 0"),
+        [true, false, false]
+    );
+    assert_eq!(level(&x, hinge, "0 0 0"), [true, false]);
+}
+
+/// Activations of the nominal's actuators are set beside a state, and begin as a part of the first commands has it.
+#[test]
+fn activations_outlive_a_state_that_is_not_theirs() {
+    let plant = plant(
+        r#"<mujoco><worldbody><body><joint name="x" type="slide"/><geom size="0.1" mass="1"/></body></worldbody>
+        <actuator><general name="push" joint="x" dyntype="filter" dynprm="0.2"/></actuator></mujoco>"#,
+    );
+    let mut simulation = simulation(&plant, &[]);
+    let state = simulation.full_state();
+    simulation.set_activations(&[0.7]);
+    assert_eq!(simulation.activations(), [0.7]);
+    simulation.set_control(&[0.7]);
+    simulation.step();
+    assert_eq!(simulation.activations(), [0.7]);
+    simulation.rejoin(&state);
+    assert_eq!(simulation.activations(), [0.0]);
+    let numbers = &plant.description().nuisances;
+    let before = numbers.iter().position(|of| of.name == "commands.before");
+    let mut values = vec![0.0; numbers.len()];
+    values[before.unwrap()] = -0.25;
+    let turned = plant.simulation(&values, &[]).unwrap();
+    assert_eq!(
+        [simulation.commands_before(), turned.commands_before()],
+        [1.0, 0.75]
+    );
+}
+
 /// A body's Jacobian times the velocities is what a velocimeter and a gyro at its origin read; of no body it is zero.
 #[test]
 fn a_jacobian_gives_the_velocities_that_sensors_read() {
@@ -678,21 +732,28 @@ fn the_description_says_what_is_there() {
     assert_eq!(description.joints[0].qpos, 7);
 }
 
-/// Times within a step that a log does not say; of forces where there are any.
+/// What a log does not say: times within a step, those of forces where there are any, and what came before it.
 #[test]
-fn times_within_a_step_are_uncertain() {
+fn what_a_log_does_not_say_is_uncertain() {
     let of = |text: &str| -> Vec<String> {
         let plant = plant(text);
         let all = plant.description().nuisances.iter();
-        let timing = all.filter(|of| of.quantity.is_timing());
-        timing.map(|of| of.name.clone()).collect()
+        let of_log = all.filter(|of| of.quantity.is_of_log());
+        of_log.map(|of| of.name.clone()).collect()
     };
     let whole = hull("", "");
-    let motion = ["commands.lead", "positions.lag", "velocities.lag"];
+    let motion = [
+        "commands.lead",
+        "commands.before",
+        "positions.lag",
+        "velocities.lag",
+    ];
     let forces = ["forces.lead", "forces.lag"];
     assert_eq!(
         of(&whole),
-        [motion[0], forces[0], motion[1], motion[2], forces[1]]
+        [
+            motion[0], forces[0], motion[1], motion[2], motion[3], forces[1]
+        ]
     );
     let accelerometer = r#"<accelerometer name="acceleration" site="imu" noise="0.02"/>"#;
     assert_eq!(of(&whole.replace(accelerometer, "")), motion);

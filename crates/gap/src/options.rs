@@ -141,6 +141,8 @@ options! {
         reading_lead_sd: f64 = 0.5,
         /// Standard deviation of when within a step a command acts [steps]: the time convention of trials leaves little.
         command_lead_sd: f64 = 0.1,
+        /// Standard deviation of the part of a trial's first commands that was there before its log began, about all of it.
+        commands_before_sd: f64 = 1.0,
         /// Least noise of a sensor that declares none, relative to its largest reading: a constant channel shows none.
         least_noise: f64 = 1e-6,
         /// Least noise of a logged command that is looked at, relative to its standard deviation.

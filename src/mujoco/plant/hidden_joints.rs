@@ -223,6 +223,18 @@ impl Simulation for BacklashSimulation {
         state
     }
 
+    fn activations(&self) -> Vec<f64> {
+        self.inner.activations()
+    }
+
+    fn set_activations(&mut self, activations: &[f64]) {
+        self.inner.set_activations(activations);
+    }
+
+    fn commands_before(&self) -> f64 {
+        self.inner.commands_before()
+    }
+
     /// That of the effects, and where the bodies are in their backlash.
     fn memory(&self) -> Vec<f64> {
         [self.inner.memory(), self.play()].concat()

@@ -343,6 +343,7 @@ impl MujocoPlant {
             bound,
             wrench_scale: beside.wrench_scale,
             command_lead: beside.command_lead,
+            commands_before: 1.0 + beside.commands_before,
             reading_lead: beside.reading_lead,
             nominal,
             moved_centres: copied.moved_centres,

@@ -10,6 +10,7 @@
 //! | damping | joints that have any | relative |
 //! | stiffness | joints that have any, term by term | relative |
 //! | timing | all commands | steps by which they act earlier |
+//! | start | all commands | change of the part of a trial's first commands that was there before |
 //! | timing | forces read inside a step | part of the jump at the step's end that they show already |
 
 use hydro_effects::{Entry, Medium, Part, TargetKind, effect};
@@ -238,6 +239,13 @@ pub(crate) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Nuisance, 
         if has_forces {
             lead("forces", Quantity::ReadingLead);
         }
+        add(
+            "commands.before".to_owned(),
+            "start",
+            NuisanceClass::Start,
+            Quantity::CommandsBefore,
+            0,
+        );
     }
     add(
         "positions.lag".to_owned(),
@@ -275,6 +283,8 @@ pub(crate) struct Beside {
     pub(crate) moved_centres: Vec<(usize, [f64; 3], f64)>,
     /// Steps by which commands act early.
     pub(crate) command_lead: f64,
+    /// Change of the part of the first commands that was there before a log began.
+    pub(crate) commands_before: f64,
     /// Part of a step's last jump that forces show inside it.
     pub(crate) reading_lead: f64,
 }
@@ -282,7 +292,7 @@ pub(crate) struct Beside {
 /// True where a nuisance parameter is a number of the model itself.
 pub(crate) fn is_of_model(quantity: Quantity) -> bool {
     let is_value = !matches!(quantity, Quantity::Wrench(_) | Quantity::EffectValue { .. });
-    is_value && !quantity.is_timing()
+    is_value && !quantity.is_of_log()
 }
 
 /// Turns nuisance parameters that are no part of the model.
@@ -292,6 +302,7 @@ pub(crate) fn turn_beside(turned: &[Turn], nominal: &[Nominal]) -> Beside {
         let factor = plant::factor(turn.value);
         match turn.quantity {
             Quantity::CommandLead => beside.command_lead += turn.value,
+            Quantity::CommandsBefore => beside.commands_before += turn.value,
             Quantity::ReadingLead => beside.reading_lead += turn.value,
             Quantity::Wrench(axis) => {
                 beside.wrench_scale.get_or_insert([1.0; 6])[axis] *= factor;
@@ -387,6 +398,7 @@ pub(crate) fn turn(
             Quantity::Wrench(_)
             | Quantity::EffectValue { .. }
             | Quantity::CommandLead
+            | Quantity::CommandsBefore
             | Quantity::ReadingLead
             | Quantity::PositionLag
             | Quantity::VelocityLag

@@ -21,6 +21,15 @@ pub(crate) enum Kind {
     Joined,
     /// The base's physics, with a memory of its own of the motion so far.
     Remembering,
+    /// The base's physics and motion, with a memory and activations of its own of the commands before the log.
+    Begun,
+}
+
+impl Kind {
+    /// True where memories are its own.
+    pub(crate) fn has_own_memory(self) -> bool {
+        matches!(self, Self::Remembering | Self::Begun)
+    }
 }
 
 /// A parameter's change: the system with a small step of it.
@@ -74,6 +83,11 @@ pub(crate) fn changes(
         let reads = effect(problem.candidates[candidate].effect).commands();
         commands(candidate) || part(candidate).adds_inertia() || !reads.is_empty()
     };
+    let filters = |entry: &Entry| match effect(entry.effect).part() {
+        Part::Actuator(part) => part.memory_len(&entry.parameters, model.timestep) > 0,
+        _ => false,
+    };
+    let remembers_commands = model.state_len > 1 + model.nq + model.nv || base.iter().any(filters);
     let mut changes = Vec::new();
     for (at, (nuisance, sd)) in problem.nuisances.iter().enumerate() {
         let mut moved = point.clone();
@@ -88,14 +102,17 @@ pub(crate) fn changes(
                 0.0
             },
             step: STEP,
-            kind: if quantity.is_of_readings() {
-                Kind::Measurement
-            } else {
-                Kind::Loaded
+            kind: match quantity {
+                of if of.is_of_readings() => Kind::Measurement,
+                // Nothing remembers what came before.
+                Quantity::CommandsBefore if !remembers_commands => Kind::Measurement,
+                Quantity::CommandsBefore => Kind::Begun,
+                _ => Kind::Loaded,
             },
             fine: matches!(
                 quantity,
                 Quantity::CommandLead
+                    | Quantity::CommandsBefore
                     | Quantity::Gain
                     | Quantity::Mass
                     | Quantity::Inertia(_)

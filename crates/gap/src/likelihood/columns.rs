@@ -142,9 +142,7 @@ pub(crate) fn sweep(
         }
         None => (Vec::new(), Beside::default(), DVector::zeros(0)),
     };
-    let keep = changes
-        .iter()
-        .any(|change| change.kind == Kind::Remembering);
+    let keep = changes.iter().any(|change| change.kind.has_own_memory());
     let rolled = track::roll(
         base.as_mut(),
         trial,

@@ -16,8 +16,15 @@ use crate::{
     rollout::shooting::{self, WarmUp},
 };
 
+/// What a simulation remembers.
+pub(crate) struct Memory {
+    pub(crate) of_effects: Vec<f64>,
+    /// Those of a change that has its own; none of another.
+    pub(crate) activations: Option<Vec<f64>>,
+}
+
 /// Memory at every boundary, segment by segment.
-pub(super) type Memories = Vec<Vec<Vec<f64>>>;
+pub(crate) type Memories = Vec<Vec<Memory>>;
 
 /// Memories of the changes that have one of their own, by their number. `base`: numbers of the nominal and entries of the base.
 pub(super) fn of_changes(
@@ -28,7 +35,7 @@ pub(super) fn of_changes(
     base: (&[f64], &[Entry]),
 ) -> Result<BTreeMap<usize, Memories>, GapError> {
     let has_own =
-        |of: &Change| of.kind == Kind::Remembering && of.remembers_as.is_none() && !of.every_step;
+        |of: &Change| of.kind.has_own_memory() && of.remembers_as.is_none() && !of.every_step;
     let own: Vec<usize> = (0..changes.len())
         .filter(|at| has_own(&changes[*at]))
         .collect();
@@ -70,6 +77,14 @@ fn along(
     let warm_up = WarmUp::required(problem.model, &change.entries, options);
     let mut control = vec![0.0; trial.control.width()];
     let mut earlier = control.clone();
+    let is_begun = change.kind == Kind::Begun;
+    let rejoin = |simulation: &mut dyn Simulation, state: &[f64]| {
+        let own = is_begun.then(|| simulation.activations());
+        simulation.rejoin(state);
+        if let Some(own) = own {
+            simulation.set_activations(&own);
+        }
+    };
     let segments = rolled.iter().zip(&track.links).enumerate();
     segments
         .map(|(number, (of, link))| {
@@ -82,21 +97,29 @@ fn along(
             for at in 0..=link.steps {
                 if link.is_boundary(grid, at) {
                     let base = &of.boundaries[found.len()].memory;
-                    found.push(beside_base(simulation, base));
+                    found.push(Memory {
+                        of_effects: beside_base(simulation, base),
+                        activations: is_begun.then(|| simulation.activations()),
+                    });
                 }
                 // The end's step belongs to the next segment.
                 let Some(next) = of.every.get(at + 1).filter(|_| at < link.steps) else {
                     break;
                 };
                 if at == 0 {
-                    simulation.rejoin(&of.every[0]);
+                    rejoin(simulation, &of.every[0]);
                 }
                 let time = start + at as f64 * step;
                 trial.control.interpolate(time, &mut control);
                 trial.control.interpolate(time - step, &mut earlier);
                 simulation.set_earlier_control(&earlier);
                 simulation.set_control(&control);
-                simulation.remember(next);
+                if is_begun && !simulation.activations().is_empty() {
+                    simulation.step();
+                    rejoin(simulation, next);
+                } else {
+                    simulation.remember(next);
+                }
             }
             found
         })

@@ -296,7 +296,10 @@ pub(crate) fn inputs(
                 } else {
                     simulation.rejoin(&boundary.full);
                     let own = memories.map(|of| &of[number][at]);
-                    simulation.set_memory(own.unwrap_or(&boundary.memory));
+                    simulation.set_memory(own.map_or(&boundary.memory, |of| &of.of_effects));
+                    if let Some(own) = own.and_then(|of| of.activations.as_ref()) {
+                        simulation.set_activations(own);
+                    }
                     joined
                 };
                 let to = stepped_unforced(simulation.as_mut(), boundary);

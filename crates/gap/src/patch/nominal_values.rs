@@ -77,7 +77,7 @@ impl<'r> Writer<'r> {
                 value,
             };
             let is_way = matches!(nuisance.quantity, Quantity::CentreOfMass(_))
-                || nuisance.quantity.is_timing();
+                || nuisance.quantity.is_of_log();
             if value == 0.0 {
                 continue;
             } else if value.is_finite() && (is_way || number.factor() > 0.0) {
@@ -100,7 +100,10 @@ impl<'r> Writer<'r> {
                 Quantity::Stiffness(term) => {
                     self.joint_terms(number, "stiffness", Some(term))?
                 }
-                of if of.is_timing() => Err(
+                Quantity::CommandsBefore => Err(
+                    "what actuators did before a log begins is no value of a model".to_owned(),
+                ),
+                of if of.is_of_log() => Err(
                     "the time within a step at which commands act and forces are read is no value of a model"
                         .to_owned(),
                 ),
@@ -128,7 +131,10 @@ impl<'r> Writer<'r> {
             Err(reason) => {
                 let fitted = match number.nuisance.quantity {
                     Quantity::CentreOfMass(_) => format!("{:+.4} m", number.value),
-                    of if of.is_timing() => {
+                    Quantity::CommandsBefore => {
+                        format!("{:+.2} of the first commands", number.value)
+                    }
+                    of if of.is_of_log() => {
                         format!("{:+.2} steps", number.value)
                     }
                     _ => format!("{:+.2} %", 100.0 * number.value),

@@ -39,6 +39,8 @@ pub enum NuisanceClass {
     Stiffness,
     /// When within a step commands act and forces are read, in steps.
     Timing,
+    /// Commands before a log began, in its first ones.
+    Start,
 }
 
 /// The number that a [`Nuisance`] changes.
@@ -68,6 +70,9 @@ pub enum Quantity {
     /// Part of a step by which commands act early: a held command is late by half a step on average. Not a model parameter:
     /// the log does not say how commands were held.
     CommandLead,
+    /// Change of the part of a trial's first commands that actuators had before its log began: zero where they were held for
+    /// long, -1 where there were none. Not a model parameter: a log does not say what came before it.
+    CommandsBefore,
     /// Part of the jump at the end of a step that a force read inside that step shows already. Not a model parameter: the
     /// log does not say when within a step the command changed.
     ReadingLead,
@@ -92,12 +97,12 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// True for a time within a step, which the log does not say and which is no value of a model.
-    pub fn is_timing(self) -> bool {
-        matches!(self, Self::CommandLead) || self.is_of_readings()
+    /// True for what a log does not say and no model holds: times within a step, and commands before the log.
+    pub fn is_of_log(self) -> bool {
+        matches!(self, Self::CommandLead | Self::CommandsBefore) || self.is_of_readings()
     }
 
-    /// True for such a time of readings.
+    /// True for a time within a step at which something is read.
     pub fn is_of_readings(self) -> bool {
         matches!(
             self,
@@ -392,6 +397,16 @@ pub trait Simulation: Send {
 
     /// Full-physics state of the nominal, as [`Simulation::rejoin`] takes it.
     fn full_state(&self) -> Vec<f64>;
+    /// Activations of the nominal's actuators; none of a plant without.
+    fn activations(&self) -> Vec<f64> {
+        Vec::new()
+    }
+    /// Sets them.
+    fn set_activations(&mut self, _activations: &[f64]) {}
+    /// Part of a trial's first commands that actuators had before its log began.
+    fn commands_before(&self) -> f64 {
+        1.0
+    }
     /// Memory of the effects.
     fn memory(&self) -> Vec<f64>;
     /// Numbers at the end of [`Simulation::memory`] that are states of joints which the nominal does not have.

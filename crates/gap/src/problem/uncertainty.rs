@@ -141,6 +141,7 @@ impl Uncertainty {
                 options.command_lead_sd
             }
             NuisanceClass::Timing => options.reading_lead_sd,
+            NuisanceClass::Start => options.commands_before_sd,
         })
     }
 }

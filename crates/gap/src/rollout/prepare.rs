@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::{
     error::GapError,
-    plant::{Plant, PlantDescription, SensorKind},
+    plant::{Plant, PlantDescription, Quantity, SensorKind},
     problem::{
         candidates,
         channels::{Channels, MeasuredTrial},
@@ -117,6 +117,10 @@ impl<'a> Problem<'a> {
                 (at, uncertainty.standard_deviation(nuisance, options))
             })
             .filter(|(_, sd)| *sd > 0.0)
+            .filter(|(at, _)| {
+                model.nuisances[*at].quantity != Quantity::CommandsBefore
+                    || trials.iter().any(begins_under_commands)
+            })
             .collect();
         let medium = settings.medium.unwrap_or(model.medium);
         let base = model.base.as_ref().map(|base| base.body.as_str());
@@ -190,6 +194,12 @@ fn check_forces(
 pub(crate) fn finest_period(trials: &[MeasuredTrial]) -> Option<f64> {
     let logs = trials.iter().filter(|trial| !trial.steady);
     logs.map(MeasuredTrial::period).reduce(f64::min)
+}
+
+/// True where commands are there from the first row on.
+fn begins_under_commands(trial: &MeasuredTrial) -> bool {
+    let first = trial.control.data.iter().take(trial.control.width());
+    !trial.steady && first.into_iter().any(|of| of.is_finite() && *of != 0.0)
 }
 
 /// True where a command changes.

@@ -315,7 +315,8 @@ fn stand(
     }
 }
 
-/// Before a log begins nothing is known: memories are led through its first motion and command, held.
+/// Before a log begins nothing is known: memories are led through its first motion and a part of its first commands, held
+/// ([`crate::plant::Quantity::CommandsBefore`]).
 fn hold(
     simulation: &mut dyn Simulation,
     trial: &MeasuredTrial,
@@ -330,6 +331,8 @@ fn hold(
     };
     let mut control = vec![0.0; trial.control.width()];
     trial.control.interpolate(start, &mut control);
+    let part = simulation.commands_before();
+    control.iter_mut().for_each(|of| *of *= part);
     simulation.set_control(&control);
     let steps = (warm_up.seconds / step).round() as usize;
     for at in 0..steps {

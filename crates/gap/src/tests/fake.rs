@@ -133,6 +133,18 @@ impl RigidBody {
         body
     }
 
+    /// One whose actuators did what no log tells before it began.
+    pub(crate) fn with_a_start() -> Self {
+        let mut body = Self::with_gains();
+        body.description.nuisances.push(Nuisance {
+            name: "commands.before".to_owned(),
+            element: "start".to_owned(),
+            class: NuisanceClass::Start,
+            quantity: Quantity::CommandsBefore,
+        });
+        body
+    }
+
     /// One in no fluid that its nominal knows of.
     pub(crate) fn without_fluid() -> Self {
         let mut body = Self::new();
@@ -166,6 +178,15 @@ impl RigidBody {
     }
 }
 
+impl RigidBody {
+    /// The number of what came before a log.
+    fn before(&self, nuisances: &[f64]) -> f64 {
+        let mut numbers = self.description.nuisances.iter().zip(nuisances);
+        let found = numbers.find(|(of, _)| of.quantity == Quantity::CommandsBefore);
+        found.map_or(0.0, |(_, value)| *value)
+    }
+}
+
 impl Plant for RigidBody {
     fn description(&self) -> &PlantDescription {
         &self.description
@@ -196,6 +217,7 @@ impl Plant for RigidBody {
             qpos: vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
             qvel: vec![0.0; 6],
             control: vec![0.0; 4],
+            before: 1.0 + self.before(nuisances),
             wrench: Wrench::default(),
             force: vec![0.0; 6],
             sensors: vec![0.0; 13],
@@ -213,6 +235,7 @@ struct Swim {
     qpos: Vec<f64>,
     qvel: Vec<f64>,
     control: Vec<f64>,
+    before: f64,
     wrench: Wrench,
     /// World force, torque in the base frame.
     force: Vec<f64>,
@@ -284,6 +307,10 @@ impl Simulation for Swim {
         let mut state = vec![self.time];
         state.extend(self.qpos.iter().chain(&self.qvel));
         state
+    }
+
+    fn commands_before(&self) -> f64 {
+        self.before
     }
 
     fn memory(&self) -> Vec<f64> {

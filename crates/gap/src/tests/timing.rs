@@ -11,6 +11,11 @@ use crate::{
 
 /// The answer on trials in which every actuator lags by one time constant [s].
 fn answered(lag: f64, noise: f64) -> Named {
+    answered_on(&RigidBody::with_gains(), lag, noise)
+}
+
+/// The same on a nominal; the actuators begin at rest under commands that do not.
+fn answered_on(nominal: &RigidBody, lag: f64, noise: f64) -> Named {
     let effects: Vec<Entry> = ["ahead", "aside", "up", "turn"]
         .map(|target| Entry {
             effect: Id::ActuatorLag,
@@ -20,15 +25,11 @@ fn answered(lag: f64, noise: f64) -> Named {
         .to_vec();
     let trials = (0..2).map(|seed| trial("timed", &effects, &[0.0, 0.0], seed, noise));
     let mut answer = None;
-    on_prepared(
-        &RigidBody::with_gains(),
-        trials.collect(),
-        |problem, watch| {
-            let followed = Followed::new(problem, watch).unwrap();
-            let explanation = explain(&followed, watch).unwrap();
-            answer = Some(name(&explanation, watch).unwrap().named);
-        },
-    );
+    on_prepared(nominal, trials.collect(), |problem, watch| {
+        let followed = Followed::new(problem, watch).unwrap();
+        let explanation = explain(&followed, watch).unwrap();
+        answer = Some(name(&explanation, watch).unwrap().named);
+    });
     answer.unwrap()
 }
 
@@ -55,5 +56,21 @@ fn slow_commands_leave_both_members_and_name_the_experiment() {
         added
             .iter()
             .all(|of| of.effect == added[0].effect && set.contains(&of.effect))
+    );
+}
+
+/// A log whose commands are there from its first row on does not say whether the actuators had them before.
+#[test]
+fn actuators_that_began_at_rest_are_told_from_those_whose_first_commands_were_held() {
+    let named = answered_on(&RigidBody::with_a_start(), 0.4, 1.0);
+    assert!(!named.chosen.is_empty(), "{:?}", named.ranking);
+    for of in &named.chosen {
+        assert_eq!(of.effect, Id::ActuatorLag, "{:?}", named.ranking);
+        assert!((of.parameters[0].value / 0.4 - 1.0).abs() < 0.05);
+    }
+    let before = named.nuisances.last().unwrap();
+    assert!(
+        before.0 == "commands.before" && (before.1 + 1.0).abs() < 0.1,
+        "{before:?}"
     );
 }
