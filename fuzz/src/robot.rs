@@ -69,6 +69,7 @@ fn body() -> BodyScale {
         extent: [0.5, 0.3, 0.2],
         volume: 0.0125,
         hull_volume: 0.0125,
+        buoyancy_left_out: 0.0,
         density: 1000.0,
         gravity: 9.81,
         speed: 0.5,

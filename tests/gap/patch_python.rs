@@ -112,6 +112,7 @@ fn description() -> PlantDescription {
                 extent: [0.1; 3],
                 volume: 1e-3,
                 hull_volume: 1e-3,
+                buoyancy_left_out: 0.0,
                 density: 1000.0,
                 gravity: 9.81,
                 speed: 0.0,

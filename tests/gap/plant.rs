@@ -205,6 +205,20 @@ fn slides_that_keep_their_depth_are_told_from_others() {
     assert_eq!(level(&x, hinge, "0 0 0"), [true, false]);
 }
 
+/// Buoyancy is left out where nothing carries a body's weight: neither gravity compensation nor hydrostatics.
+#[test]
+fn buoyancy_that_a_model_leaves_out_is_told() {
+    let left_out = |body: &str| {
+        let text = format!(
+            r#"<mujoco><worldbody><body name="bob" {body}><joint type="slide" axis="0 0 1"/>
+            <geom type="box" size="0.1 0.1 0.1" mass="3"/></body></worldbody></mujoco>"#
+        );
+        plant(&text).description().bodies[0].scale.buoyancy_left_out
+    };
+    assert!((left_out("") - 1000.0 * 0.008 * 9.81).abs() < 1e-9);
+    assert_eq!(left_out(r#"gravcomp="0.9""#), 0.0);
+}
+
 /// Activations of the nominal's actuators are set beside a state, and begin as a part of the first commands has it.
 #[test]
 fn activations_outlive_a_state_that_is_not_theirs() {

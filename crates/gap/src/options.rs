@@ -409,6 +409,9 @@ options! {
         /// Log posterior that a set may lack against the best, once its values have settled, and sets are still searched from
         /// there [nat].
         far_behind: f64 = 10.0,
+        /// Square of how far an effect of usual size moves the readings, in standard deviations of them all, below which the trials say
+        /// nothing of it.
+        silent: f64 = 1e-4,
         /// Log likelihood that the best values of all parameters may lack at a level of unmodelled forces for sets to be
         /// searched there [nat].
         level_within: f64 = 15.0,

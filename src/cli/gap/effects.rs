@@ -95,6 +95,7 @@ fn example(kind: TargetKind) -> Target {
             extent: [0.8, 0.4, 0.3],
             volume: 0.02,
             hull_volume: 0.02,
+            buoyancy_left_out: 0.0,
             density: 1000.0,
             gravity: 9.81,
             speed: 0.5,

@@ -72,14 +72,23 @@ pub(crate) fn own_volume(model: ModelView<'_>, body: usize, density: f64) -> f64
     displaced_volume(model, density, || std::iter::once(body))
 }
 
+/// Mass of a body whose weight gravity compensation carries [kg]; of its whole tree where it is the root.
+pub(crate) fn compensated(model: ModelView<'_>, body: usize) -> f64 {
+    compensated_mass(model, with_tree(model, body))
+}
+
+fn compensated_mass(model: ModelView<'_>, bodies: impl Iterator<Item = usize>) -> f64 {
+    bodies
+        .map(|link| model.body_gravcomp()[link] * model.body_mass()[link])
+        .sum()
+}
+
 fn displaced_volume<I: Iterator<Item = usize>>(
     model: ModelView<'_>,
     density: f64,
     bodies: impl Fn() -> I,
 ) -> f64 {
-    let compensated: f64 = bodies()
-        .map(|link| model.body_gravcomp()[link] * model.body_mass()[link])
-        .sum();
+    let compensated = compensated_mass(model, bodies());
     if compensated > 0.0 {
         return compensated / density;
     }
@@ -175,6 +184,7 @@ pub(crate) fn body(
         extent: bounding_box(model, body, None).1,
         volume: volume(model, body, density),
         hull_volume: body_hull(model, body, named).volume(),
+        buoyancy_left_out: 0.0,
         density,
         gravity: Vector3::from(model.raw().opt.gravity).norm(),
         speed: 0.0,

@@ -42,12 +42,14 @@ pub(crate) fn is_weighed(model: ModelView<'_>, body: usize) -> bool {
         })
 }
 
-/// Bodies that move and have mass, or degrees of freedom of their own; bodies that a sensor weighs.
+/// Bodies that move and have mass, or degrees of freedom of their own; bodies that a sensor weighs. `floating`: the names of those
+/// with hydrostatics; `has_buoyancy`: true for one whose buoyancy the model has, gravity compensation apart.
 pub(crate) fn bodies(
     data: &DataView<'_>,
     density: f64,
     waterline: Option<f64>,
     floating: &[String],
+    has_buoyancy: impl Fn(&str) -> bool,
 ) -> Vec<PlantBody> {
     let model = data.model();
     // Without hulls at all, masses tell which body is the bulky one.
@@ -59,7 +61,7 @@ pub(crate) fn bodies(
                     && (model.body_mass()[*body] > 0.0 || model.body_dofnum()[*body] > 0)
         })
         .map(|body| {
-            let scale = sizes::body(model, body, density, None);
+            let mut scale = sizes::body(model, body, density, None);
             let low = data.xpos()[3 * body + 2] - 0.5 * scale.extent[2];
             let under = waterline.is_none_or(|surface| low < surface);
             let bulk = match sizes::own_volume(model, body, density) {
@@ -69,6 +71,9 @@ pub(crate) fn bodies(
             };
             let size = scale.extent.iter().any(|extent| *extent > 0.0);
             let name = model.label(mjOBJ_BODY as i32, "body", body);
+            if !has_buoyancy(&name) && sizes::compensated(model, body) == 0.0 {
+                scale.buoyancy_left_out = density * scale.gravity * scale.volume;
+            }
             PlantBody {
                 floats: floating.contains(&name),
                 name,

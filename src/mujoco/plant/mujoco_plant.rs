@@ -135,12 +135,18 @@ impl MujocoPlant {
             is_hypothesis: true,
             ..first.unwrap_or_default()
         };
-        let floating: Vec<String> = nominal
-            .iter()
-            .flat_map(|of| &of.effects)
-            .filter(|entry| entry.effect == Id::Hydrostatics)
-            .map(|entry| entry.target.clone())
-            .collect();
+        let of_effect = |id: Id| -> Vec<String> {
+            let all = nominal.iter().flat_map(|of| &of.effects);
+            let found = all.filter(|entry| entry.effect == id);
+            found.map(|entry| entry.target.clone()).collect()
+        };
+        let floating = of_effect(Id::Hydrostatics);
+        let lifted = of_effect(Id::NetBuoyancy);
+        let is_learned = nominal.iter().any(|of| of.settings.checkpoint.is_some());
+        let has_buoyancy = |body: &str| {
+            let mut all = floating.iter().chain(&lifted);
+            is_learned || all.any(|of| of == body)
+        };
         let (nuisances, ids) = nuisances::find(view, &nominal).into_iter().unzip();
         let loads = LoadSensor::all(view);
         let model = Arc::new(model);
@@ -153,7 +159,13 @@ impl MujocoPlant {
             nq: model.nq(),
             nv: model.nv(),
             state_len: model.state_len(mjSTATE_FULLPHYSICS as i32),
-            bodies: description::bodies(&data.view(), density, around.sea.waterline, &floating),
+            bodies: description::bodies(
+                &data.view(),
+                density,
+                around.sea.waterline,
+                &floating,
+                has_buoyancy,
+            ),
             base: free_base(view, &nominal, density),
             joints: description::joints(view),
             actuators: description::actuators(view),

@@ -50,6 +50,8 @@ pub struct BodyScale {
     pub volume: f64,
     /// Volume of the hull: of the body's geoms and what is welded to it, or as given [m^3].
     pub hull_volume: f64,
+    /// Buoyancy of the displaced volume where the model has none of it, else zero [N].
+    pub buoyancy_left_out: f64,
     /// Density of the water [kg/m^3].
     pub density: f64,
     /// Gravity [m/s^2].
@@ -68,6 +70,7 @@ impl BodyScale {
         extent: [1.0; 3],
         volume: 1.0,
         hull_volume: 1.0,
+        buoyancy_left_out: 0.0,
         density: 1.0,
         gravity: 1.0,
         speed: 1.0,

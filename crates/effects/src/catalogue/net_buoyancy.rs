@@ -8,7 +8,8 @@ use crate::{
     wrench_law::{Parameters, WrenchLaw, about_origin},
 };
 
-/// A volume that is off by some per cent, of a body that weighs little in water: in weights.
+/// A volume that is off by some per cent, of a body that weighs little in water: in weights. Where the model has no buoyancy at
+/// all, that of the displaced volume is expected.
 const TYPICAL: f64 = 0.15;
 /// Bound, in weights.
 const GREATEST: f64 = 2.0;
@@ -39,6 +40,7 @@ impl Effect for NetBuoyancy {
         target.body().map_or_else(Vec::new, |scale| {
             let (weight, bound) = (scale.weight(), GREATEST * scale.weight());
             let length = scale.length();
+            let expected = scale.buoyancy_left_out.max(TYPICAL * weight);
             let moment = axes::optional_vector(
                 "moment",
                 "N m",
@@ -46,7 +48,7 @@ impl Effect for NetBuoyancy {
                 [bound * length; 3],
             );
             std::iter::once(
-                Parameter::about("force", "N", 0.0, TYPICAL * weight).within(-bound, bound),
+                Parameter::about("force", "N", 0.0, expected.min(bound)).within(-bound, bound),
             )
             .chain(moment)
             .collect()
@@ -108,6 +110,21 @@ mod tests {
         }
         motion.gravity = [0.0; 3];
         assert!((NetBuoyancy.wrench(&[3.0], &motion, &[])[1] - 3.0).abs() < 1e-12);
+    }
+
+    /// A vehicle that its model holds up weighs little in water; one that it lets fall has all its buoyancy to gain.
+    #[test]
+    fn buoyancy_that_the_model_leaves_out_is_expected() {
+        let mut scale = fixture::body_scale(&fixture::still());
+        let typical = |scale: &crate::card::BodyScale| {
+            NetBuoyancy.parameters(&Target::Body(scale.clone()))[0].prior_sd
+        };
+        let weight = scale.weight();
+        assert_eq!(typical(&scale), TYPICAL * weight);
+        scale.buoyancy_left_out = 0.6 * weight;
+        assert_eq!(typical(&scale), 0.6 * weight);
+        scale.buoyancy_left_out = 20.0 * weight;
+        assert_eq!(typical(&scale), GREATEST * weight);
     }
 
     #[test]

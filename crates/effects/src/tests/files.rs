@@ -101,6 +101,7 @@ fn targets_of_all_sizes(kind: TargetKind) -> Vec<Target> {
             extent: [length, length / 6.0, length / 10.0],
             volume,
             hull_volume: volume,
+            buoyancy_left_out: 0.0,
             density: 1000.0,
             gravity: 9.81,
             speed: 1.0,

@@ -45,6 +45,7 @@ pub(crate) fn body_scale(motion: &Motion) -> BodyScale {
         extent: motion.extent,
         volume: motion.volume,
         hull_volume: motion.volume,
+        buoyancy_left_out: 0.0,
         density: motion.density,
         gravity: 9.81,
         speed: 0.5,

@@ -83,8 +83,9 @@ fn explain_without<'p>(
     };
     let none = best.without_effects();
     working.without_effects = Some(none);
-    let expected = (problem.priors.iter().zip(0..)).filter(|(prior, _)| prior.is_expected);
-    let mut seen = Seen::beside(expected.map(|of| of.1).collect());
+    let heeded = best.choices.of.keys().copied();
+    let expected = heeded.filter(|of| problem.priors[*of].is_expected);
+    let mut seen = Seen::beside(expected.collect());
     // No effect with the numbers refitted: what effects, refitted too, have to be likelier than.
     let mut alone = refitted(working.clone())?;
     seen.learn(&[], alone.as_ref().map_or(best.own(), |of| of.1));
@@ -295,7 +296,8 @@ fn look<'p>(
         return Ok(None);
     };
     let levels = swept.levels;
-    let choices = Choices::new(problem, &working.point, &directions);
+    let mut choices = Choices::new(problem, &working.point, &directions);
+    choices.heed(&levels, &working.point.candidates);
     let none = none.unwrap_or_else(|| without_effects(&levels, &choices));
     let choices = choices.against_none(none);
     let mut look = Look {

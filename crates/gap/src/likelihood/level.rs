@@ -194,6 +194,13 @@ impl Level {
         Some((Quadratic::from_gram(&sum?), half))
     }
 
+    /// How far a parameter's standard deviation moves the readings, squared, in those of noise and unmodelled forces; zero where the level
+    /// does not hold it.
+    pub(super) fn moved_by(&self, column: usize) -> f64 {
+        let place = self.columns.len() + column;
+        self.whole.a.get((place, place)).copied().unwrap_or(0.0)
+    }
+
     /// Columns of what stands beside a set: uncertain numbers, and errors of its form.
     pub(super) fn beside(&self, set: &[usize]) -> Vec<usize> {
         self.columns.columns(&self.columns.present(set))

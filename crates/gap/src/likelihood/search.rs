@@ -109,6 +109,17 @@ impl<'p> Choices<'p> {
         self
     }
 
+    /// Forgets candidates that change no reading, whether they are there or not: of those, the trials say nothing. `own`: those of the
+    /// point, which stay.
+    pub(crate) fn heed(&mut self, levels: &[Level], own: &[usize]) {
+        let least = self.options().silent;
+        self.of.retain(|candidate, choices| {
+            let mut columns = choices.iter().flatten();
+            own.contains(candidate)
+                || columns.any(|column| levels.iter().any(|of| of.moved_by(*column) >= least))
+        });
+    }
+
     /// Adds a candidate to no set from now on.
     pub(crate) fn leave_out(&mut self, candidate: usize) {
         self.left_out.insert(candidate);

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicUsize;
 
+use hydro_effects::Medium;
 use rayon::prelude::*;
 
 use crate::{
@@ -123,14 +124,19 @@ impl<'a> Problem<'a> {
             })
             .collect();
         let medium = settings.medium.unwrap_or(model.medium);
-        let base = model.base.as_ref().map(|base| base.body.as_str());
-        let lacks_fluid = base.filter(|_| !model.has_fluid);
+        let hulls = candidates::bases(model, settings.options.candidates.base_volume_ratio);
+        let free = model.base.as_ref().map(|base| base.body.as_str());
+        // On rails or a hinge too, where the user says that it is in water.
+        let led = hulls
+            .first()
+            .copied()
+            .filter(|_| settings.medium == Some(Medium::Water));
+        let lacks_fluid = free.or(led).filter(|_| !model.has_fluid);
         let priors = candidates::priors(
             &candidates,
             (medium, lacks_fluid),
             &settings.options.candidates,
         );
-        let hulls = candidates::bases(model, settings.options.candidates.base_volume_ratio);
         Ok(Self {
             hulls: hulls.into_iter().map(str::to_owned).collect(),
             plant,

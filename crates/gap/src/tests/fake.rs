@@ -38,6 +38,7 @@ impl RigidBody {
             extent: [0.6, 0.4, 0.3],
             volume: 0.02,
             hull_volume: 0.02,
+            buoyancy_left_out: 0.0,
             density: 1000.0,
             gravity: 9.81,
             speed: 0.0,
