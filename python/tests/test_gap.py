@@ -28,10 +28,12 @@ DAMPING = 3.0
 
 
 @cache
-def trial(seed, damping=DAMPING, seconds=4.0):
-    """A cart's run, rows as `mj_step` gives them."""
+def trial(seed, damping=DAMPING, seconds=4.0, added=0.0):
+    """A cart's run, rows as `mj_step` gives them; `added`: mass [kg] beyond the cart's own."""
     model = mujoco.MjModel.from_xml_string(CART.format(damping=damping))
     data = mujoco.MjData(model)
+    model.body_mass[1] += added
+    mujoco.mj_setConst(model, data)
     draw = np.random.default_rng(seed)
     n = int(seconds / model.opt.timestep)
     times = np.arange(n + 1) * model.opt.timestep
@@ -94,6 +96,19 @@ def test_a_sensor_that_the_log_lacks_is_said_on_the_terminal(nominal, tmp_path):
     run = subprocess.run([hydro_mujoco_entry.find_program(), *words], capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
     assert "not compared, for a log lacks them: `v`\n" in run.stderr
+
+
+@pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release")
+def test_a_hull_on_a_level_rail_in_water_lacks_what_water_does_along_it(nominal, tmp_path):
+    """Added mass, not a weaker motor; of buoyancy, which the rail carries, the log says nothing."""
+    logs = [trial(seed, added=1.5) for seed in range(4)]
+    found = gap.run(nominal, logs, out=tmp_path / "out", medium="water", residual=False, progress=False)
+    assert {of.effect for of in found.named} == {"added_mass", "linear_drag"}, found.verdict
+    values = {of.effect: of.parameters["surge"] for of in found.named}
+    for effect, truth in (("added_mass", 1.5), ("linear_drag", DAMPING)):
+        assert values[effect].value == pytest.approx(truth, rel=0.1)
+    considered = json.loads((tmp_path / "out" / "name.json").read_text())["ranking"]
+    assert not {"net_buoyancy", "buoyancy_offset"} & {effect for of in considered for effect, _ in of["effects"]}
 
 
 @pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release")
