@@ -112,9 +112,11 @@ def test_a_hull_on_a_level_rail_in_water_lacks_what_water_does_along_it(nominal,
 
 
 @pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release")
-def test_an_actuator_that_begins_at_rest_under_a_command_is_no_gap(tmp_path):
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+def test_an_actuator_that_begins_at_rest_under_a_command_is_no_gap(integrator, tmp_path):
     """A log does not say what activations were before it; a simulation's are zero, whatever its first command."""
-    text = CART.format(damping=DAMPING).replace(
+    cart = CART.replace('timestep="0.01"', f'timestep="0.01" integrator="{integrator}"')
+    text = cart.format(damping=DAMPING).replace(
         '<motor name="motor" joint="rail" ctrlrange="-10 10"/>',
         '<general name="motor" joint="rail" ctrlrange="-10 10" dyntype="filterexact" dynprm="0.4"/>',
     )

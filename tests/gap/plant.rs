@@ -205,45 +205,47 @@ fn slides_that_keep_their_depth_are_told_from_others() {
     assert_eq!(level(&x, hinge, "0 0 0"), [true, false]);
 }
 
-/// Buoyancy is left out where nothing carries a body's weight: neither gravity compensation nor hydrostatics.
+/// Buoyancy is left out where nothing carries a body's weight, or that of what hangs below a root.
 #[test]
 fn buoyancy_that_a_model_leaves_out_is_told() {
-    let left_out = |body: &str| {
+    let geom = r#"<geom type="box" size="0.1 0.1 0.1" mass="3"/>"#;
+    let left_out = |instance: &str, bob: &str, inside: &str| -> Vec<f64> {
         let text = format!(
-            r#"<mujoco><worldbody><body name="bob" {body}><joint type="slide" axis="0 0 1"/>
-            <geom type="box" size="0.1 0.1 0.1" mass="3"/></body></worldbody></mujoco>"#
+            r#"<mujoco>{instance}<worldbody><body name="bob" {bob}><joint type="slide" axis="0 0 1"/>
+            {geom}{inside}</body></worldbody></mujoco>"#
         );
-        plant(&text).description().bodies[0].scale.buoyancy_left_out
+        let plant = plant(&text);
+        let bodies = plant.description().bodies.iter();
+        bodies.map(|of| of.scale.buoyancy_left_out).collect()
     };
-    assert!((left_out("") - 1000.0 * 0.008 * 9.81).abs() < 1e-9);
-    assert_eq!(left_out(r#"gravcomp="0.9""#), 0.0);
-}
-
-/// Activations of the nominal's actuators are set beside a state, and begin as a part of the first commands has it.
-#[test]
-fn activations_outlive_a_state_that_is_not_theirs() {
-    let plant = plant(
-        r#"<mujoco><worldbody><body><joint name="x" type="slide"/><geom size="0.1" mass="1"/></body></worldbody>
-        <actuator><general name="push" joint="x" dyntype="filter" dynprm="0.2"/></actuator></mujoco>"#,
-    );
-    let mut simulation = simulation(&plant, &[]);
-    let state = simulation.full_state();
-    simulation.set_activations(&[0.7]);
-    assert_eq!(simulation.activations(), [0.7]);
-    simulation.set_control(&[0.7]);
-    simulation.step();
-    assert_eq!(simulation.activations(), [0.7]);
-    simulation.rejoin(&state);
-    assert_eq!(simulation.activations(), [0.0]);
-    let numbers = &plant.description().nuisances;
-    let before = numbers.iter().position(|of| of.name == "commands.before");
-    let mut values = vec![0.0; numbers.len()];
-    values[before.unwrap()] = -0.25;
-    let turned = plant.simulation(&values, &[]).unwrap();
+    let wet = |effect: &str| {
+        let effects = format!(r#"{{"schema": "hydro-effects/1", "effects": [{effect}]}}"#);
+        format!(
+            r#"<extension><plugin plugin="hydro.wrench"><instance name="w"><config key="waterline" value="0"/>
+            <config key="effects" value='{effects}'/></instance></plugin></extension>"#
+        )
+    };
+    let carried = r#"<plugin plugin="hydro.wrench" instance="w"/>"#;
+    let of = |id: &str, parameters: &str| {
+        wet(&format!(
+            r#"{{"effect": "{id}", "target": "bob", "parameters": {{{parameters}}}}}"#
+        ))
+    };
+    let [whole] = left_out("", "", "")[..] else {
+        panic!("one body")
+    };
+    assert!((whole - 1000.0 * 0.008 * 9.81).abs() < 1e-9, "{whole}");
+    assert_eq!(left_out("", r#"gravcomp="0.9""#, ""), [0.0]);
+    assert_eq!(left_out(&of("hydrostatics", ""), "", carried), [0.0]);
     assert_eq!(
-        [simulation.commands_before(), turned.commands_before()],
-        [1.0, 0.75]
+        left_out(&of("net_buoyancy", r#""force": 1"#), "", carried),
+        [0.0]
     );
+    let drag = r#""surge": 1, "sway": 1, "heave": 1, "roll": 0, "pitch": 0, "yaw": 0"#;
+    let dry = left_out(&of("linear_drag", drag), "", carried);
+    assert!((dry[0] - whole).abs() < 1e-9, "{dry:?}");
+    let tail = format!(r#"<body gravcomp="1"><joint/>{geom}</body>"#);
+    assert_eq!(left_out("", "", &tail), [0.0, 0.0]);
 }
 
 /// A body's Jacobian times the velocities is what a velocimeter and a gyro at its origin read; of no body it is zero.

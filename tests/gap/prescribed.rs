@@ -294,6 +294,7 @@ fn a_table_of_steady_states_is_named_and_verified() {
                 cross_fit: &addition.added.cross_fit,
                 own: addition.added.own.as_ref(),
                 recalibrated: &addition.added.recalibrated,
+                commands_before: 0.0,
             },
             held_out,
             all,

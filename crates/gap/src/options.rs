@@ -141,7 +141,7 @@ options! {
         reading_lead_sd: f64 = 0.5,
         /// Standard deviation of when within a step a command acts [steps]: the time convention of trials leaves little.
         command_lead_sd: f64 = 0.1,
-        /// Standard deviation of the part of a trial's first commands that was there before its log began, about all of it.
+        /// Standard deviation of the part of a trial's first commands that memories are led through before its log, about all of them.
         commands_before_sd: f64 = 1.0,
         /// Least noise of a sensor that declares none, relative to its largest reading: a constant channel shows none.
         least_noise: f64 = 1e-6,
@@ -409,8 +409,8 @@ options! {
         /// Log posterior that a set may lack against the best, once its values have settled, and sets are still searched from
         /// there [nat].
         far_behind: f64 = 10.0,
-        /// Square of how far an effect of usual size moves the readings, in standard deviations of them all, below which the trials say
-        /// nothing of it.
+        /// Square of how far a standard deviation of an effect's parameter moves all readings together, in theirs, below which the trials
+        /// say nothing of it.
         silent: f64 = 1e-4,
         /// Log likelihood that the best values of all parameters may lack at a level of unmodelled forces for sets to be
         /// searched there [nat].

@@ -7,7 +7,7 @@ use hydro_gap as gap;
 use hydro_gap::{
     MissingWrench, Problem, Residual, Watch,
     patch::{self, PatchError},
-    plant::{Nuisance, PlantDescription},
+    plant::{Nuisance, PlantDescription, Quantity},
     records::Added,
 };
 use hydro_model::{
@@ -59,10 +59,15 @@ pub(super) fn candidate(
         names: parameter_names,
         search: &[],
     })?;
-    // A value that the text cannot express stays nominal.
+    // A value that the text cannot express stays nominal; commands before the logs are theirs.
     let mut nuisances = vec![0.0; values.len()];
     for written in &plain.numbers {
         nuisances[written.number] = values[written.number];
+    }
+    for (at, (of, value)) in numbers.iter().enumerate() {
+        if of.quantity == Quantity::CommandsBefore {
+            nuisances[at] = *value;
+        }
     }
     let missing = match gap::residual(study, &nuisances, watch)? {
         Residual::Found(missing) => missing,
@@ -215,6 +220,7 @@ fn record(remark: String) -> Added {
         cross_fit: Vec::new(),
         own: None,
         recalibrated: Vec::new(),
+        commands_before: 0.0,
         numbers: Vec::new(),
         model: None,
         diff: String::new(),

@@ -334,6 +334,7 @@ impl<'a> Session<'a> {
             cross_fit: input.added.map_or(&[], |added| &added.cross_fit),
             own: input.added.and_then(|added| added.own.as_ref()),
             recalibrated: input.added.map_or(&[], |added| &added.recalibrated),
+            commands_before: input.added.map_or(0.0, |added| added.commands_before),
         };
         let trials = self.read(&held_out)?;
         let noticed = self.remarks.take();

@@ -88,6 +88,7 @@ fn candidate() -> Candidate {
             cross_fit: vec![],
             own: None,
             recalibrated: vec![],
+            commands_before: 0.0,
             numbers: vec![],
             model: Some("patched.xml".into()),
             diff: String::new(),

@@ -72,23 +72,14 @@ pub(crate) fn own_volume(model: ModelView<'_>, body: usize, density: f64) -> f64
     displaced_volume(model, density, || std::iter::once(body))
 }
 
-/// Mass of a body whose weight gravity compensation carries [kg]; of its whole tree where it is the root.
-pub(crate) fn compensated(model: ModelView<'_>, body: usize) -> f64 {
-    compensated_mass(model, with_tree(model, body))
-}
-
-fn compensated_mass(model: ModelView<'_>, bodies: impl Iterator<Item = usize>) -> f64 {
-    bodies
-        .map(|link| model.body_gravcomp()[link] * model.body_mass()[link])
-        .sum()
-}
-
 fn displaced_volume<I: Iterator<Item = usize>>(
     model: ModelView<'_>,
     density: f64,
     bodies: impl Fn() -> I,
 ) -> f64 {
-    let compensated = compensated_mass(model, bodies());
+    let compensated: f64 = bodies()
+        .map(|link| model.body_gravcomp()[link] * model.body_mass()[link])
+        .sum();
     if compensated > 0.0 {
         return compensated / density;
     }

@@ -71,13 +71,20 @@ pub(crate) fn bodies(
             };
             let size = scale.extent.iter().any(|extent| *extent > 0.0);
             let name = model.label(mjOBJ_BODY as i32, "body", body);
-            if !has_buoyancy(&name) && sizes::compensated(model, body) == 0.0 {
+            let is_root = sizes::is_root(model, body);
+            let mut tree = (body..model.bodies())
+                .filter(|link| *link == body || is_root && model.hangs_below(*link, body));
+            let is_carried = tree.any(|link| {
+                has_buoyancy(&model.label(mjOBJ_BODY as i32, "body", link))
+                    || model.body_gravcomp()[link] > 0.0
+            });
+            if !is_carried {
                 scale.buoyancy_left_out = density * scale.gravity * scale.volume;
             }
             PlantBody {
                 floats: floating.contains(&name),
                 name,
-                root: sizes::is_root(model, body),
+                root: is_root,
                 moves: last_dof(model, body) >= 0,
                 only_dof: only_dof(model, body),
                 end: is_end(model, body),

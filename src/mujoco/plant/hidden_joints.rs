@@ -223,14 +223,6 @@ impl Simulation for BacklashSimulation {
         state
     }
 
-    fn activations(&self) -> Vec<f64> {
-        self.inner.activations()
-    }
-
-    fn set_activations(&mut self, activations: &[f64]) {
-        self.inner.set_activations(activations);
-    }
-
     fn commands_before(&self) -> f64 {
         self.inner.commands_before()
     }

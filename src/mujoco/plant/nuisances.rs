@@ -10,8 +10,8 @@
 //! | damping | joints that have any | relative |
 //! | stiffness | joints that have any, term by term | relative |
 //! | timing | all commands | steps by which they act earlier |
-//! | start | all commands | change of the part of a trial's first commands that was there before |
 //! | timing | forces read inside a step | part of the jump at the step's end that they show already |
+//! | start | all commands | change of the part of a trial's first commands that memories are led through before its log |
 
 use hydro_effects::{Entry, Medium, Part, TargetKind, effect};
 use hydro_gap::plant::{self, Nuisance, NuisanceClass, Quantity};
@@ -241,7 +241,7 @@ pub(crate) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Nuisance, 
         }
         add(
             "commands.before".to_owned(),
-            "start",
+            "commands.before",
             NuisanceClass::Start,
             Quantity::CommandsBefore,
             0,

@@ -18,9 +18,8 @@ use crate::{
         ffi::{
             ModelView,
             bindings::{
-                mjOBJ_BODY, mjOBJ_SITE, mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_ACT,
-                mjSTATE_FULLPHYSICS, mjSTATE_WARMSTART, mjWARN_BADQACC, mjWARN_BADQPOS,
-                mjWARN_BADQVEL,
+                mjOBJ_BODY, mjOBJ_SITE, mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS,
+                mjSTATE_WARMSTART, mjWARN_BADQACC, mjWARN_BADQPOS, mjWARN_BADQVEL,
             },
         },
         simulator::Data,
@@ -329,15 +328,6 @@ impl Simulation for MujocoSimulation {
 
     fn full_state(&self) -> Vec<f64> {
         self.data.part(mjSTATE_FULLPHYSICS as i32)
-    }
-
-    fn activations(&self) -> Vec<f64> {
-        self.data.part(mjSTATE_ACT as i32)
-    }
-
-    fn set_activations(&mut self, activations: &[f64]) {
-        let set = self.data.set_part(mjSTATE_ACT as i32, activations);
-        self.diverged |= set.is_err();
     }
 
     fn commands_before(&self) -> f64 {

@@ -270,6 +270,7 @@ pub(super) fn record(sensors: usize, trials: usize) -> Record {
             cross_fit: vec![],
             own: None,
             recalibrated: vec![],
+            commands_before: 0.0,
             bootstrap: vec![(Id::AddedMass, "hull".into(), {
                 let mut again = chosen[0].parameters.clone();
                 again[0].ci95 = [9.0, 16.0];

@@ -21,7 +21,7 @@ pub(crate) enum Kind {
     Joined,
     /// The base's physics, with a memory of its own of the motion so far.
     Remembering,
-    /// The base's physics and motion, with a memory and activations of its own of the commands before the log.
+    /// The base's physics and motion, with all that is remembered of its own of the commands before the log.
     Begun,
 }
 
@@ -85,7 +85,10 @@ pub(crate) fn changes(
     };
     let filters = |entry: &Entry| match effect(entry.effect).part() {
         Part::Actuator(part) => part.memory_len(&entry.parameters, model.timestep) > 0,
-        _ => false,
+        _ => {
+            let reads = !effect(entry.effect).commands().is_empty();
+            reads && remembers(std::slice::from_ref(entry), model.timestep)
+        }
     };
     let remembers_commands = model.state_len > 1 + model.nq + model.nv || base.iter().any(filters);
     let mut changes = Vec::new();
@@ -104,7 +107,6 @@ pub(crate) fn changes(
             step: STEP,
             kind: match quantity {
                 of if of.is_of_readings() => Kind::Measurement,
-                // Nothing remembers what came before.
                 Quantity::CommandsBefore if !remembers_commands => Kind::Measurement,
                 Quantity::CommandsBefore => Kind::Begun,
                 _ => Kind::Loaded,

@@ -16,14 +16,26 @@ use crate::{
     rollout::shooting::{self, WarmUp},
 };
 
-/// What a simulation remembers.
+/// What a change's simulation remembers.
 pub(crate) struct Memory {
     pub(crate) of_effects: Vec<f64>,
-    /// Those of a change that has its own; none of another.
-    pub(crate) activations: Option<Vec<f64>>,
+    /// Change of the nominal's state after its velocities; empty where it is the base's.
+    beside: Vec<f64>,
 }
 
-/// Memory at every boundary, segment by segment.
+impl Memory {
+    /// A full-physics state of the base with what the change makes of it.
+    pub(crate) fn state(&self, base: &[f64]) -> Vec<f64> {
+        let mut state = base.to_vec();
+        let first = state.len().saturating_sub(self.beside.len());
+        for (value, change) in state[first..].iter_mut().zip(&self.beside) {
+            *value += change;
+        }
+        state
+    }
+}
+
+/// Memory at every boundary, segment by segment; none where nothing is left of a change.
 pub(crate) type Memories = Vec<Vec<Memory>>;
 
 /// Memories of the changes that have one of their own, by their number. `base`: numbers of the nominal and entries of the base.
@@ -41,6 +53,13 @@ pub(super) fn of_changes(
         .collect();
     let memories = own.into_par_iter().map(|at| {
         let mut simulation = changes[at].simulation(problem, track.trial, base)?;
+        if changes[at].kind == Kind::Begun {
+            let plant = problem.plant.cheaper().unwrap_or(problem.plant);
+            let mut without = plant.simulation(base.0, base.1)?;
+            without.prescribe(problem.trials[track.trial].prescribed.clone());
+            let mut both = [simulation, without];
+            return Ok((at, begun(problem, (track, rolled), &mut both, base.1, grid)));
+        }
         let memories = along(
             problem,
             (track, rolled),
@@ -77,14 +96,6 @@ fn along(
     let warm_up = WarmUp::required(problem.model, &change.entries, options);
     let mut control = vec![0.0; trial.control.width()];
     let mut earlier = control.clone();
-    let is_begun = change.kind == Kind::Begun;
-    let rejoin = |simulation: &mut dyn Simulation, state: &[f64]| {
-        let own = is_begun.then(|| simulation.activations());
-        simulation.rejoin(state);
-        if let Some(own) = own {
-            simulation.set_activations(&own);
-        }
-    };
     let segments = rolled.iter().zip(&track.links).enumerate();
     segments
         .map(|(number, (of, link))| {
@@ -99,7 +110,7 @@ fn along(
                     let base = &of.boundaries[found.len()].memory;
                     found.push(Memory {
                         of_effects: beside_base(simulation, base),
-                        activations: is_begun.then(|| simulation.activations()),
+                        beside: Vec::new(),
                     });
                 }
                 // The end's step belongs to the next segment.
@@ -107,21 +118,106 @@ fn along(
                     break;
                 };
                 if at == 0 {
-                    rejoin(simulation, &of.every[0]);
+                    simulation.rejoin(&of.every[0]);
                 }
                 let time = start + at as f64 * step;
                 trial.control.interpolate(time, &mut control);
                 trial.control.interpolate(time - step, &mut earlier);
                 simulation.set_earlier_control(&earlier);
                 simulation.set_control(&control);
-                if is_begun && !simulation.activations().is_empty() {
-                    simulation.step();
-                    rejoin(simulation, next);
-                } else {
-                    simulation.remember(next);
-                }
+                simulation.remember(next);
             }
             found
         })
         .collect()
+}
+
+/// Part of what commands before a log change at its start below which it is forgotten.
+const FORGOTTEN: f64 = 1e-6;
+
+/// What commands before the log change of all that is remembered, along the base's motion: between two simulations, one with a little
+/// more of them. Both are of the integrator of differences, and neither is pushed by unmodelled forces.
+fn begun(
+    problem: &Problem<'_>,
+    (track, rolled): (&Track, &[Rolled]),
+    both: &mut [Box<dyn Simulation + '_>; 2],
+    entries: &[Entry],
+    grid: Grid,
+) -> Memories {
+    let trial = &problem.trials[track.trial];
+    let motion = &problem.motions[track.trial];
+    let model = problem.model;
+    let step = model.timestep;
+    let first = 1 + model.nq + model.nv;
+    let warm_up = WarmUp::required(model, entries, &problem.settings.options.rollout);
+    let mut memories: Memories = rolled.iter().map(|_| Vec::new()).collect();
+    if trial.steady {
+        return memories;
+    }
+    let mut control = vec![0.0; trial.control.width()];
+    let mut earlier = control.clone();
+    let mut at_start = None;
+    for (number, (of, link)) in rolled.iter().zip(&track.links).enumerate() {
+        for simulation in both.iter_mut() {
+            if number == 0 {
+                shooting::lead_in(
+                    simulation.as_mut(),
+                    trial,
+                    &link.segment,
+                    motion,
+                    warm_up,
+                    step,
+                );
+            }
+            rejoin(simulation.as_mut(), &of.every[0], first);
+        }
+        for at in 0..=link.steps {
+            if link.is_boundary(grid, at) {
+                let [own, without] = [0, 1].map(|at| both[at].memory());
+                let change = difference(&own, &without);
+                let mut memory = Memory {
+                    of_effects: of.boundaries[memories[number].len()].memory.clone(),
+                    beside: difference(
+                        &both[0].full_state()[first..],
+                        &both[1].full_state()[first..],
+                    ),
+                };
+                let all = change.iter().chain(&memory.beside);
+                let size = all.fold(0.0, |most: f64, value| most.max(value.abs()));
+                if size <= FORGOTTEN * *at_start.get_or_insert(size) {
+                    return memories;
+                }
+                // Where bodies are in their backlash is the base's.
+                let of_effects = change.len() - both[0].hidden().min(change.len());
+                for (value, change) in memory.of_effects.iter_mut().zip(&change[..of_effects]) {
+                    *value += change;
+                }
+                memories[number].push(memory);
+            }
+            let Some(next) = of.every.get(at + 1).filter(|_| at < link.steps) else {
+                break;
+            };
+            let time = link.segment.start + at as f64 * step;
+            trial.control.interpolate(time, &mut control);
+            trial.control.interpolate(time - step, &mut earlier);
+            for simulation in both.iter_mut() {
+                simulation.set_earlier_control(&earlier);
+                simulation.set_control(&control);
+                simulation.step();
+                rejoin(simulation.as_mut(), next, first);
+            }
+        }
+    }
+    memories
+}
+
+/// Takes a full-physics state, but for what stands after the velocities, from `first` on.
+fn rejoin(simulation: &mut dyn Simulation, state: &[f64], first: usize) {
+    let mut joined = simulation.full_state();
+    joined[..first].copy_from_slice(&state[..first]);
+    simulation.rejoin(&joined);
+}
+
+fn difference(one: &[f64], other: &[f64]) -> Vec<f64> {
+    one.iter().zip(other).map(|(a, b)| a - b).collect()
 }

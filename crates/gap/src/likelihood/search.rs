@@ -109,8 +109,8 @@ impl<'p> Choices<'p> {
         self
     }
 
-    /// Forgets candidates that change no reading, whether they are there or not: of those, the trials say nothing. `own`: those of the
-    /// point, which stay.
+    /// Forgets candidates that change no reading ([`LikelihoodOptions::silent`]): of those the trials say nothing, and an expected one would
+    /// stay as likely as it was beforehand. `own`: candidates of the point, which stay.
     pub(crate) fn heed(&mut self, levels: &[Level], own: &[usize]) {
         let least = self.options().silent;
         self.of.retain(|candidate, choices| {
@@ -148,16 +148,16 @@ impl<'p> Choices<'p> {
         })
     }
 
-    /// Expected candidates, each in its plain form.
+    /// Expected candidates, each in its plain form; not one whose plain form is forgotten.
     pub(super) fn expected(&self) -> Vec<usize> {
         let mut plain: BTreeMap<(Id, &[String]), usize> = BTreeMap::new();
-        for candidate in self.of.keys().copied() {
+        for (candidate, of) in self.problem.candidates.iter().enumerate() {
             if self.problem.priors[candidate].is_expected {
-                let mechanism = self.problem.candidates[candidate].mechanism();
-                plain.entry(mechanism).or_insert(candidate);
+                plain.entry(of.mechanism()).or_insert(candidate);
             }
         }
-        plain.into_values().collect()
+        let plain = plain.into_values();
+        plain.filter(|of| self.of.contains_key(of)).collect()
     }
 
     /// A step in standard deviations of the prior, for a delay of a sensor: below it, it is only when within a step the sensor

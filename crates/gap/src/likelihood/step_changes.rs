@@ -294,11 +294,18 @@ pub(crate) fn inputs(
                     simulation.load(&boundary.saved);
                     loaded
                 } else {
-                    simulation.rejoin(&boundary.full);
-                    let own = memories.map(|of| &of[number][at]);
-                    simulation.set_memory(own.map_or(&boundary.memory, |of| &of.of_effects));
-                    if let Some(own) = own.and_then(|of| of.activations.as_ref()) {
-                        simulation.set_activations(own);
+                    let own = memories.map(|of| of[number].get(at));
+                    match own {
+                        // Nothing is left of what came before the log.
+                        Some(None) => continue,
+                        Some(Some(own)) => {
+                            simulation.rejoin(&own.state(&boundary.full));
+                            simulation.set_memory(&own.of_effects);
+                        }
+                        None => {
+                            simulation.rejoin(&boundary.full);
+                            simulation.set_memory(&boundary.memory);
+                        }
                     }
                     joined
                 };

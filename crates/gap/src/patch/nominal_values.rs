@@ -132,7 +132,7 @@ impl<'r> Writer<'r> {
                 let fitted = match number.nuisance.quantity {
                     Quantity::CentreOfMass(_) => format!("{:+.4} m", number.value),
                     Quantity::CommandsBefore => {
-                        format!("{:+.2} of the first commands", number.value)
+                        format!("{:.2} of the first commands", 1.0 + number.value)
                     }
                     of if of.is_of_log() => {
                         format!("{:+.2} steps", number.value)

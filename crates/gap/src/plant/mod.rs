@@ -39,7 +39,7 @@ pub enum NuisanceClass {
     Stiffness,
     /// When within a step commands act and forces are read, in steps.
     Timing,
-    /// Commands before a log began, in its first ones.
+    /// The part of a log's first commands that was there before it.
     Start,
 }
 
@@ -70,8 +70,8 @@ pub enum Quantity {
     /// Part of a step by which commands act early: a held command is late by half a step on average. Not a model parameter:
     /// the log does not say how commands were held.
     CommandLead,
-    /// Change of the part of a trial's first commands that actuators had before its log began: zero where they were held for
-    /// long, -1 where there were none. Not a model parameter: a log does not say what came before it.
+    /// Change of the part of a trial's first commands that memories (lags, delays, activations) are led through before its log: zero
+    /// where all of them are, -1 where actuators begin at rest. Not a model parameter: a log does not say what came before it.
     CommandsBefore,
     /// Part of the jump at the end of a step that a force read inside that step shows already. Not a model parameter: the
     /// log does not say when within a step the command changed.
@@ -395,15 +395,10 @@ pub trait Simulation: Send {
         self.rejoin(next);
     }
 
-    /// Full-physics state of the nominal, as [`Simulation::rejoin`] takes it.
+    /// Full-physics state of the nominal, as [`Simulation::rejoin`] takes it: time, positions, velocities, and after them what else it
+    /// remembers (activations, histories, plugins).
     fn full_state(&self) -> Vec<f64>;
-    /// Activations of the nominal's actuators; none of a plant without.
-    fn activations(&self) -> Vec<f64> {
-        Vec::new()
-    }
-    /// Sets them.
-    fn set_activations(&mut self, _activations: &[f64]) {}
-    /// Part of a trial's first commands that actuators had before its log began.
+    /// Part of a trial's first commands that memories are led through before its log ([`Quantity::CommandsBefore`]).
     fn commands_before(&self) -> f64 {
         1.0
     }

@@ -250,6 +250,9 @@ pub(crate) fn enumerate(
                     }
                     let mut scale = body.scale.clone();
                     (scale.speed, scale.rate) = pace.of_body(&body.scale, options.least_speed);
+                    if medium.unwrap_or(model.medium) < Medium::Water {
+                        scale.buoyancy_left_out = 0.0;
+                    }
                     add(&[(body.name.clone(), Target::Body(scale))]);
                 }
             }

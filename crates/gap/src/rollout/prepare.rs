@@ -126,7 +126,7 @@ impl<'a> Problem<'a> {
         let medium = settings.medium.unwrap_or(model.medium);
         let hulls = candidates::bases(model, settings.options.candidates.base_volume_ratio);
         let free = model.base.as_ref().map(|base| base.body.as_str());
-        // On rails or a hinge too, where the user says that it is in water.
+        // A hull on rails or a hinge counts where the user says that it is in water.
         let led = hulls
             .first()
             .copied()

@@ -315,8 +315,8 @@ fn stand(
     }
 }
 
-/// Before a log begins nothing is known: memories are led through its first motion and a part of its first commands, held
-/// ([`crate::plant::Quantity::CommandsBefore`]).
+/// Before a log begins nothing is known: memories are led through its first motion, held, and the commands that were recorded before it,
+/// or a part of the first ones ([`crate::plant::Quantity::CommandsBefore`]).
 fn hold(
     simulation: &mut dyn Simulation,
     trial: &MeasuredTrial,
@@ -330,13 +330,17 @@ fn hold(
         None => (segment.start, (&segment.qpos[..], &segment.qvel[..])),
     };
     let mut control = vec![0.0; trial.control.width()];
-    trial.control.interpolate(start, &mut control);
     let part = simulation.commands_before();
-    control.iter_mut().for_each(|of| *of *= part);
-    simulation.set_control(&control);
+    let recorded = trial.control.times.first().copied();
     let steps = (warm_up.seconds / step).round() as usize;
     for at in 0..steps {
-        simulation.set_motion(start - (steps - at) as f64 * step, qpos, qvel);
+        let time = start - (steps - at) as f64 * step;
+        trial.control.interpolate(time, &mut control);
+        if recorded.is_none_or(|first| time < first) {
+            control.iter_mut().for_each(|of| *of *= part);
+        }
+        simulation.set_control(&control);
+        simulation.set_motion(time, qpos, qvel);
         simulation.step();
     }
     if let Some(state) = &trial.initial_state {

@@ -5,7 +5,7 @@ use hydro_effects::Entry;
 use crate::{
     error::GapError,
     options::RolloutOptions,
-    plant::{Plant, PlantDescription, Simulation},
+    plant::{Plant, PlantDescription, Quantity, Simulation},
     rollout::shooting::WarmUp,
 };
 
@@ -26,6 +26,19 @@ impl<'a> System<'a> {
             nuisances: vec![0.0; plant.description().nuisances.len()],
             entries: Vec::new(),
         }
+    }
+
+    /// The plant as it is, on logs before which commands were there as the change of their part says
+    /// ([`Quantity::CommandsBefore`]).
+    pub(crate) fn of_logs(plant: &'a dyn Plant, commands_before: f64) -> Self {
+        let mut plain = Self::plain(plant);
+        let numbers = plant.description().nuisances.iter();
+        for (value, of) in plain.nuisances.iter_mut().zip(numbers) {
+            if of.quantity == Quantity::CommandsBefore {
+                *value = commands_before;
+            }
+        }
+        plain
     }
 
     pub(crate) fn model(&self) -> &'a PlantDescription {

@@ -65,6 +65,8 @@ pub struct VerifyInput<'a> {
     pub own: Option<&'a OwnFit>,
     /// Numbers of the nominal as they are fitted where nothing is added; empty: not known.
     pub recalibrated: &'a [f64],
+    /// Change of the part of a log's first commands that was there before it, as fitted: of the trials, not of a model.
+    pub commands_before: f64,
 }
 
 impl std::fmt::Debug for VerifyInput<'_> {
@@ -118,7 +120,7 @@ pub fn verify(
         .map(|(at, trial)| {
             watch.check()?;
             let before = CorrectedSystem {
-                system: System::plain(input.before),
+                system: System::of_logs(input.before, input.commands_before),
                 corrections: vec![Correction::NONE; model.sensors.len()],
             };
             let fit = match at < files {
@@ -147,7 +149,7 @@ pub fn verify(
                 left_out(input.before, fit)
             } else {
                 CorrectedSystem {
-                    system: System::plain(input.after),
+                    system: System::of_logs(input.after, input.commands_before),
                     corrections: corrections(model, input.sensors),
                 }
             };

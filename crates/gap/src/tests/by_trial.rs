@@ -72,6 +72,7 @@ fn a_current_that_differs_from_trial_to_trial_is_named_with_each_trials_own() {
             cross_fit: &added.cross_fit,
             own: added.own.as_ref(),
             recalibrated: &added.recalibrated,
+            commands_before: added.commands_before,
         };
         let unseen = in_currents(&[[0.12, -0.1, 0.0], [-0.05, 0.15, 0.0]]);
         let fitted = in_currents(&currents);

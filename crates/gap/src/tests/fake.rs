@@ -139,7 +139,7 @@ impl RigidBody {
         let mut body = Self::with_gains();
         body.description.nuisances.push(Nuisance {
             name: "commands.before".to_owned(),
-            element: "start".to_owned(),
+            element: "commands.before".to_owned(),
             class: NuisanceClass::Start,
             quantity: Quantity::CommandsBefore,
         });

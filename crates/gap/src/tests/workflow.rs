@@ -84,6 +84,7 @@ fn run(effects: &[Entry]) -> Named {
         sensors: &none,
         cross_fit: &[],
         recalibrated: &[],
+        commands_before: 0.0,
         own: None,
     };
     // Nothing was patched: the same plant twice is no better, so nothing is claimed.
@@ -96,6 +97,7 @@ fn run(effects: &[Entry]) -> Named {
         let input = VerifyInput {
             cross_fit: &added.cross_fit,
             recalibrated: &added.recalibrated,
+            commands_before: added.commands_before,
             ..input
         };
         let fitted = added.cross_fit.len();
@@ -265,6 +267,7 @@ fn an_addition_that_blows_up_is_refused() {
         sensors: &none,
         cross_fit: &[],
         recalibrated: &[],
+        commands_before: 0.0,
         own: None,
     };
     let stop = AtomicBool::new(false);

@@ -160,6 +160,7 @@ fn a_learned_residual_loads_and_predicts_held_out_trials_better() {
         sensors: &sensors,
         cross_fit: &[],
         recalibrated: &[],
+        commands_before: 0.0,
         own: None,
     };
     let verified = verify(&examined, held_out, Vec::new(), &[], &settings, &watch).unwrap();
