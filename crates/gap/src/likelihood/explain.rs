@@ -12,13 +12,14 @@ use std::collections::BTreeSet;
 use crate::{
     error::GapError,
     likelihood::{
+        choices::Choices,
         directions::Direction,
         edge::Edge,
         explanation::Explanation,
         followed::{Followed, diverges},
         found::{Found, likeliest},
         level::{Level, Sizes},
-        search::{Choices, Search},
+        search::Search,
         seen::{Seen, loses_too},
         working_point::{Keep, WorkingPoint},
     },

@@ -8,12 +8,13 @@ use rayon::prelude::*;
 
 use crate::{
     likelihood::{
+        choices::Choices,
         directions::Direction,
         edge::Edge,
         followed::Followed,
         found::{Found, likeliest},
         level::Level,
-        search::{Choices, Search, log_sum},
+        search::{Search, log_sum},
         truncated_normal::HALF_WIDTH,
     },
     output::verdict::FittedParameter,

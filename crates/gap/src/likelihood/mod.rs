@@ -11,6 +11,7 @@
 pub(crate) mod by_trial;
 mod carry;
 pub(crate) mod changes;
+mod choices;
 pub(crate) mod coloured_noise;
 pub(crate) mod columns;
 mod command_forces;

@@ -2,7 +2,7 @@
 
 use hydro_effects::effect;
 
-use crate::likelihood::{found::Member, search::Choices};
+use crate::likelihood::{choices::Choices, found::Member};
 
 impl Choices<'_> {
     /// Log of the odds that no error of form of the others gives what the members of a set beyond the first explain, together:
@@ -67,7 +67,7 @@ mod tests {
     use hydro_effects::{Id, Medium};
 
     use crate::{
-        likelihood::search::Choices,
+        likelihood::choices::Choices,
         tests::{fake::RigidBody, on_prepared, trial},
     };
 

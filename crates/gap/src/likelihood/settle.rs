@@ -7,10 +7,11 @@
 use crate::{
     error::GapError,
     likelihood::{
+        choices::Choices,
         found::{Found, likeliest},
         level::{Level, Sizes},
         levels::{self, Grid},
-        search::{Choices, Search},
+        search::Search,
         starts::on_the_way,
         track::Track,
         working_point::{Keep, SETTLED, WorkingPoint},
