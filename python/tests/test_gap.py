@@ -127,7 +127,7 @@ def test_an_actuator_that_begins_at_rest_under_a_command_is_no_gap(integrator, t
         data = mujoco.MjData(model)
         draw = np.random.default_rng(seed)
         times = np.arange(401) * model.opt.timestep
-        force = 4 * np.cos(draw.uniform(1, 3) * times)
+        force = 10 * np.cos(draw.uniform(1, 3) * times)  # the first one is at its limit
         readings = np.empty((400, model.nsensordata))
         for i in range(400):
             data.ctrl[0] = force[i]

@@ -1,6 +1,7 @@
 """Logs of simple marine experiments: `hydro gap` names what their nominals lack, with its values."""
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -9,7 +10,10 @@ from pathlib import Path
 
 from hydro_tools.repository import ROOT
 
-PROGRAM = ROOT / "target" / "release" / "hydro"
+if "HYDRO_TEST_PROGRAM" in os.environ:
+    PROGRAM = Path(os.environ["HYDRO_TEST_PROGRAM"])
+else:
+    PROGRAM = ROOT / "target" / "release" / "hydro"
 
 
 class SimpleLogs(unittest.TestCase):
@@ -20,7 +24,8 @@ class SimpleLogs(unittest.TestCase):
             subprocess.run(made, check=True, capture_output=True)
             case, out = Path(folder) / "heave", Path(folder) / "gap"
             words = ["--model", case / "nominal.xml", "--trials", case / "trials", "--out", out, "--medium", "water"]
-            subprocess.run([PROGRAM, "gap", "run", *words], check=True, capture_output=True)
+            run = subprocess.run([PROGRAM, "gap", "run", *words], capture_output=True, text=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
             verdict = json.loads((out / "verdict.json").read_text())
             truth = json.loads((case / "truth.json").read_text())
             self.assertEqual({of.split(".")[0] for of in truth}, set(verdict["named"]))

@@ -6,6 +6,6 @@ heave      an underwater vehicle's heave, depth alone measured: buoyancy, drags,
 tank       forced sway in a tank, the force measured (a planar motion mechanism): drags, added mass
 pendulum   a ball on a rod under water, its angle measured: buoyancy, drag of the ball, friction of the pin
 
-All begin at rest under commands that are there from the first row on. Rows are labelled as `docs/gap.md` has it: a row
-at t holds the readings of t less one step of the nominal.
+The first three begin at rest under commands that are there from the first row on. Rows are labelled as `docs/gap.md`
+has it: a row at t holds the commands of t, and the readings of t less one step of the nominal.
 """

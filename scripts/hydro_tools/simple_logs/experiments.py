@@ -21,7 +21,7 @@ def _drag(linear: float, quadratic: float, speed: float) -> float:
 
 def surge() -> Experiment:
     """A torpedo of 34 kg on a level slide, its thruster's force commanded."""
-    linear, quadratic, added, lag, thrust = 6.0, 22.0, 7.0, 0.18, 40.0
+    linear, quadratic, added, lag, thrust, step = 6.0, 22.0, 7.0, 0.18, 40.0, 0.01
 
     def run(_: int, rng: np.random.Generator) -> Columns:
         command = harmonics(rng, 0.05, 0.4)
@@ -35,7 +35,7 @@ def surge() -> Experiment:
             "time": times,
             "x": x + 0.005 * rng.standard_normal(len(x)),
             "vx": v + 0.004 * rng.standard_normal(len(v)),
-            "thrust": np.array([command(t)[0] for t in times]),
+            "thrust": np.array([command(t)[0] for t in times + step]),
         }
 
     nominal = """<mujoco model="surge"><option timestep="0.01" integrator="implicitfast"/><worldbody>
@@ -46,12 +46,12 @@ def surge() -> Experiment:
   <jointvel name="vx" joint="surge" noise="0.004"/></sensor></mujoco>
 """
     truth = {"linear_drag.surge": linear, "quadratic_drag.surge": quadratic, "added_mass.surge": added}
-    return Experiment(nominal, 0.01, {**truth, "actuator_lag.time_constant": lag}, run, runs=5)
+    return Experiment(nominal, step, {**truth, "actuator_lag.time_constant": lag}, run, runs=5)
 
 
 def boat(current: tuple[float, float] = (0.0, 0.0)) -> Experiment:
-    """A model ship of 23.8 kg, the diagonal numbers of CyberShip II (Skjetne et al., Automatica 41(2), 2005)."""
-    mass, inertia = 23.8, 1.76
+    """A model ship of 23.8 kg after CyberShip II (Skjetne et al., Automatica 41(2), 2005): diagonal, no cubic drag."""
+    mass, inertia, step = 23.8, 1.76, 0.01
     added, linear, quadratic = np.array([2.0, 10.0, 1.0]), np.array([0.72, 0.89, 1.9]), np.array([1.33, 36.5, 0.75])
     most = np.array([2.0, 2.0, 1.0])
     matrix = np.array([mass, mass, inertia]) + added
@@ -72,7 +72,7 @@ def boat(current: tuple[float, float] = (0.0, 0.0)) -> Experiment:
         times, state = _solved(slope, 40, [0, 0, rng.uniform(-3, 3), 0, 0, 0], 0.05)
         noisy = {"px": (0, 0.01), "py": (1, 0.01), "heading": (2, 0.004), "rate": (5, 0.003)}
         readings = {name: state[row] + sd * rng.standard_normal(len(times)) for name, (row, sd) in noisy.items()}
-        commands = np.array([most * command(t) for t in times])
+        commands = np.array([most * command(t) for t in times + step])
         return {"time": times, **readings, **dict(zip(("fx", "fy", "mz"), commands.T))}
 
     nominal = """<mujoco model="boat"><option timestep="0.01" integrator="implicitfast"/><worldbody>
@@ -91,12 +91,12 @@ def boat(current: tuple[float, float] = (0.0, 0.0)) -> Experiment:
     }
     if any(current):
         truth |= {"current.x": current[0], "current.y": current[1]}
-    return Experiment(nominal, 0.01, truth, run, runs=6)
+    return Experiment(nominal, step, truth, run, runs=6)
 
 
 def heave() -> Experiment:
     """A BlueROV2 in heave (public numbers: 14.57 kg, 5.18 N s/m, 36.99 N s^2/m^2), 11.8 L, its depth alone measured."""
-    mass, buoyancy, added, linear, quadratic, thrust = 11.5, RHO * 0.0118 * G, 14.57, 5.18, 36.99, 60.0
+    mass, buoyancy, added, linear, quadratic, thrust, step = 11.5, RHO * 0.0118 * G, 14.57, 5.18, 36.99, 60.0, 0.005
 
     def run(_: int, rng: np.random.Generator) -> Columns:
         command = harmonics(rng, 0.03, 0.25)
@@ -105,9 +105,9 @@ def heave() -> Experiment:
             force = thrust * command(t)[0] - _drag(linear, quadratic, state[1]) + buoyancy - mass * G
             return [state[1], force / (mass + added)]
 
-        times, (z, _) = _solved(slope, 30, [-5, 0], 0.1)
+        times, (z, _) = _solved(slope, 30, [-15, 0], 0.1)
         z = z + 0.004 * rng.standard_normal(len(z))
-        return {"time": times, "z": z, "thruster": np.array([command(t)[0] for t in times])}
+        return {"time": times, "z": z, "thruster": np.array([command(t)[0] for t in times + step])}
 
     nominal = """<mujoco model="heave"><option timestep="0.005" integrator="implicitfast"/><worldbody>
   <body name="rov"><joint name="heave" type="slide" axis="0 0 1"/>
@@ -116,7 +116,7 @@ def heave() -> Experiment:
 <sensor><jointpos name="z" joint="heave" noise="0.004"/></sensor></mujoco>
 """
     truth = {"linear_drag.heave": linear, "quadratic_drag.heave": quadratic, "added_mass.heave": added}
-    return Experiment(nominal, 0.005, {**truth, "net_buoyancy.force": buoyancy}, run, runs=5)
+    return Experiment(nominal, step, {**truth, "net_buoyancy.force": buoyancy}, run, runs=5)
 
 
 def tank() -> Experiment:

@@ -22,7 +22,8 @@ class Experiment:
     step: float
     #: What is missing: effect and parameter, value.
     truth: dict[str, float]
-    #: The columns of a run, from its number and a generator of random numbers.
+    #: The columns of a run, from its number and a generator of random numbers; commands are those of a step later, for
+    #: a row's label is that late.
     run: Callable[[int, np.random.Generator], Columns]
     runs: int
 

@@ -7,7 +7,7 @@ use hydro_gap as gap;
 use hydro_gap::{
     MissingWrench, Problem, Residual, Watch,
     patch::{self, PatchError},
-    plant::{Nuisance, PlantDescription, Quantity},
+    plant::{Nuisance, PlantDescription},
     records::Added,
 };
 use hydro_model::{
@@ -64,10 +64,9 @@ pub(super) fn candidate(
     for written in &plain.numbers {
         nuisances[written.number] = values[written.number];
     }
-    for (at, (of, value)) in numbers.iter().enumerate() {
-        if of.quantity == Quantity::CommandsBefore {
-            nuisances[at] = *value;
-        }
+    let before = task.model.commands_before();
+    if let Some(at) = before {
+        nuisances[at] = values[at];
     }
     let missing = match gap::residual(study, &nuisances, watch)? {
         Residual::Found(missing) => missing,
@@ -98,6 +97,7 @@ pub(super) fn candidate(
         Err(fault) => return Err(fault.into()),
     };
     let mut added = addition(&missing, skill);
+    added.commands_before = before.map_or(0.0, |at| values[at]);
     let beside = "as if nothing were missing";
     record_refitted(&mut added, &patched, &numbers, &deviations, beside);
     let mut candidate = patched_candidate(task.nominal, added, patched)?;

@@ -18,7 +18,7 @@ pub(crate) struct ActiveEffects {
     pub(crate) wrench_scale: Option<[f64; 6]>,
     /// Steps by which commands act early.
     pub(crate) command_lead: f64,
-    /// Part of a trial's first commands that was there before its log began.
+    /// Part of a trial's first commands that memories are led through before its log.
     pub(crate) commands_before: f64,
     /// Part of a step's last jump that forces show inside it.
     pub(crate) reading_lead: f64,

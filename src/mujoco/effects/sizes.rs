@@ -56,7 +56,7 @@ pub(crate) fn is_root(model: ModelView<'_>, body: usize) -> bool {
 }
 
 /// Bodies that count with a body: its tree where it is the root.
-fn with_tree(model: ModelView<'_>, body: usize) -> impl Iterator<Item = usize> {
+pub(crate) fn with_tree(model: ModelView<'_>, body: usize) -> impl Iterator<Item = usize> {
     let root = is_root(model, body);
     (body..model.bodies())
         .filter(move |link| *link == body || (root && model.hangs_below(*link, body)))

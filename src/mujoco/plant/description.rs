@@ -71,10 +71,7 @@ pub(crate) fn bodies(
             };
             let size = scale.extent.iter().any(|extent| *extent > 0.0);
             let name = model.label(mjOBJ_BODY as i32, "body", body);
-            let is_root = sizes::is_root(model, body);
-            let mut tree = (body..model.bodies())
-                .filter(|link| *link == body || is_root && model.hangs_below(*link, body));
-            let is_carried = tree.any(|link| {
+            let is_carried = sizes::with_tree(model, body).any(|link| {
                 has_buoyancy(&model.label(mjOBJ_BODY as i32, "body", link))
                     || model.body_gravcomp()[link] > 0.0
             });
@@ -84,7 +81,7 @@ pub(crate) fn bodies(
             PlantBody {
                 floats: floating.contains(&name),
                 name,
-                root: is_root,
+                root: sizes::is_root(model, body),
                 moves: last_dof(model, body) >= 0,
                 only_dof: only_dof(model, body),
                 end: is_end(model, body),

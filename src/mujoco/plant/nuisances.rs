@@ -283,7 +283,7 @@ pub(crate) struct Beside {
     pub(crate) moved_centres: Vec<(usize, [f64; 3], f64)>,
     /// Steps by which commands act early.
     pub(crate) command_lead: f64,
-    /// Change of the part of the first commands that was there before a log began.
+    /// Change of the part of the first commands that memories are led through before a log.
     pub(crate) commands_before: f64,
     /// Part of a step's last jump that forces show inside it.
     pub(crate) reading_lead: f64,

@@ -50,8 +50,7 @@ pub struct BodyScale {
     pub volume: f64,
     /// Volume of the hull: of the body's geoms and what is welded to it, or as given [m^3].
     pub hull_volume: f64,
-    /// Buoyancy of the displaced volume that a model in water leaves out, as `hydro gap` finds; zero where it has any, and to a plugin
-    /// [N].
+    /// Buoyancy of the displaced volume where a nominal of `hydro gap` has none of it; zero where it has any, and in a plugin [N].
     pub buoyancy_left_out: f64,
     /// Density of the water [kg/m^3].
     pub density: f64,

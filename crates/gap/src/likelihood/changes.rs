@@ -94,8 +94,13 @@ pub(crate) fn changes(
     let mut changes = Vec::new();
     for (at, (nuisance, sd)) in problem.nuisances.iter().enumerate() {
         let mut moved = point.clone();
-        moved.nuisances[at] += STEP;
         let quantity = model.nuisances[*nuisance].quantity;
+        // Beyond its limit a command is no other.
+        let step = match quantity {
+            Quantity::CommandsBefore => -STEP,
+            _ => STEP,
+        };
+        moved.nuisances[at] += step;
         changes.push(Change {
             entries: base.to_vec(),
             nuisances: problem.nuisance_values(&moved),
@@ -104,7 +109,7 @@ pub(crate) fn changes(
             } else {
                 0.0
             },
-            step: STEP,
+            step,
             kind: match quantity {
                 of if of.is_of_readings() => Kind::Measurement,
                 Quantity::CommandsBefore if !remembers_commands => Kind::Measurement,

@@ -182,14 +182,15 @@ fn begun(
                         &both[1].full_state()[first..],
                     ),
                 };
+                // Where bodies are in their backlash is the base's.
+                let of_effects = change.len() - both[0].hidden().min(change.len());
+                let change = &change[..of_effects];
                 let all = change.iter().chain(&memory.beside);
                 let size = all.fold(0.0, |most: f64, value| most.max(value.abs()));
                 if size <= FORGOTTEN * *at_start.get_or_insert(size) {
                     return memories;
                 }
-                // Where bodies are in their backlash is the base's.
-                let of_effects = change.len() - both[0].hidden().min(change.len());
-                for (value, change) in memory.of_effects.iter_mut().zip(&change[..of_effects]) {
+                for (value, change) in memory.of_effects.iter_mut().zip(change) {
                     *value += change;
                 }
                 memories[number].push(memory);

@@ -154,8 +154,7 @@ pub struct Added {
     /// metres for a centre of mass.
     #[serde(default)]
     pub recalibrated: Vec<f64>,
-    /// Change of the part of a log's first commands that was there before it, as fitted
-    /// ([`crate::plant::Quantity::CommandsBefore`]).
+    /// [`crate::plant::Quantity::CommandsBefore`] of the trials, as fitted.
     #[serde(default)]
     pub commands_before: f64,
     /// The patched model, relative to the output folder; none where there was nothing to write.

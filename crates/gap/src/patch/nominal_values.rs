@@ -101,7 +101,7 @@ impl<'r> Writer<'r> {
                     self.joint_terms(number, "stiffness", Some(term))?
                 }
                 Quantity::CommandsBefore => Err(
-                    "what actuators did before a log begins is no value of a model".to_owned(),
+                    "what actuators did before a log began is of the log, not of a model".to_owned(),
                 ),
                 of if of.is_of_log() => Err(
                     "the time within a step at which commands act and forces are read is no value of a model"

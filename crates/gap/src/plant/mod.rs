@@ -39,7 +39,7 @@ pub enum NuisanceClass {
     Stiffness,
     /// When within a step commands act and forces are read, in steps.
     Timing,
-    /// The part of a log's first commands that was there before it.
+    /// The part of a log's first commands that memories are led through before it.
     Start,
 }
 
@@ -342,6 +342,14 @@ pub struct PlantDescription {
     pub medium: Medium,
     /// True where a fluid of this medium acts already: MuJoCo's own, a checkpoint's, or an effect of water.
     pub has_fluid: bool,
+}
+
+impl PlantDescription {
+    /// Which of its numbers is [`Quantity::CommandsBefore`], where one is.
+    pub fn commands_before(&self) -> Option<usize> {
+        let mut numbers = self.nuisances.iter();
+        numbers.position(|of| of.quantity == Quantity::CommandsBefore)
+    }
 }
 
 /// A system that can be simulated under hypotheses.

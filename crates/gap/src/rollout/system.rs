@@ -5,7 +5,7 @@ use hydro_effects::Entry;
 use crate::{
     error::GapError,
     options::RolloutOptions,
-    plant::{Plant, PlantDescription, Quantity, Simulation},
+    plant::{Plant, PlantDescription, Simulation},
     rollout::shooting::WarmUp,
 };
 
@@ -28,15 +28,11 @@ impl<'a> System<'a> {
         }
     }
 
-    /// The plant as it is, on logs before which commands were there as the change of their part says
-    /// ([`Quantity::CommandsBefore`]).
+    /// The plant as it is, on logs with this number for what came before them ([`crate::plant::Quantity::CommandsBefore`]).
     pub(crate) fn of_logs(plant: &'a dyn Plant, commands_before: f64) -> Self {
         let mut plain = Self::plain(plant);
-        let numbers = plant.description().nuisances.iter();
-        for (value, of) in plain.nuisances.iter_mut().zip(numbers) {
-            if of.quantity == Quantity::CommandsBefore {
-                *value = commands_before;
-            }
+        if let Some(at) = plant.description().commands_before() {
+            plain.nuisances[at] = commands_before;
         }
         plain
     }

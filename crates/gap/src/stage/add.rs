@@ -11,7 +11,7 @@ use crate::{
         records::Added,
         verdict::{FittedEffect, SensorPatch},
     },
-    plant::{Nuisance, PlantDescription, Quantity},
+    plant::Nuisance,
     stage::{bootstrap::bootstrap, cross_fit::cross_fit, name::Naming, own_values},
 };
 
@@ -70,7 +70,7 @@ pub fn add(explanation: &Explanation<'_>, naming: &Naming) -> Option<Addition> {
             cross_fit: cross_fit(explanation, naming),
             own: own_values::of_fit(explanation, naming.chosen),
             recalibrated: explanation.recalibrated(None),
-            commands_before: commands_before(problem.model, &values),
+            commands_before: (problem.model.commands_before()).map_or(0.0, |at| values[at]),
             model: None,
             diff: String::new(),
             remarks: at_their_mean(&effects),
@@ -134,13 +134,6 @@ fn sensor_patches<'e>(
         }
     }
     patches
-}
-
-/// What the numbers of a nominal say of commands before the logs; zero where it has no such number.
-fn commands_before(model: &PlantDescription, values: &[f64]) -> f64 {
-    let mut all = model.nuisances.iter().zip(values);
-    let found = all.find(|(of, _)| of.quantity == Quantity::CommandsBefore);
-    found.map_or(0.0, |(_, value)| *value)
 }
 
 /// The nominal's uncertain numbers as they were fitted where nothing is missing, by nuisance parameter of the model: value

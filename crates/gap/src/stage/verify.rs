@@ -65,7 +65,7 @@ pub struct VerifyInput<'a> {
     pub own: Option<&'a OwnFit>,
     /// Numbers of the nominal as they are fitted where nothing is added; empty: not known.
     pub recalibrated: &'a [f64],
-    /// Change of the part of a log's first commands that was there before it, as fitted: of the trials, not of a model.
+    /// [`crate::plant::Quantity::CommandsBefore`] of the trials, as fitted.
     pub commands_before: f64,
 }
 

@@ -179,15 +179,6 @@ impl RigidBody {
     }
 }
 
-impl RigidBody {
-    /// The number of what came before a log.
-    fn before(&self, nuisances: &[f64]) -> f64 {
-        let mut numbers = self.description.nuisances.iter().zip(nuisances);
-        let found = numbers.find(|(of, _)| of.quantity == Quantity::CommandsBefore);
-        found.map_or(0.0, |(_, value)| *value)
-    }
-}
-
 impl Plant for RigidBody {
     fn description(&self) -> &PlantDescription {
         &self.description
@@ -218,7 +209,7 @@ impl Plant for RigidBody {
             qpos: vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
             qvel: vec![0.0; 6],
             control: vec![0.0; 4],
-            before: 1.0 + self.before(nuisances),
+            before: 1.0 + (self.description.commands_before()).map_or(0.0, |at| nuisances[at]),
             wrench: Wrench::default(),
             force: vec![0.0; 6],
             sensors: vec![0.0; 13],
