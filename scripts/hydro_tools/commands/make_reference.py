@@ -28,7 +28,7 @@ def pages(program: Path) -> dict[Path, str]:
 
 def built_program() -> Path:
     """The newest `hydro` that cargo has built in this checkout; it may not exist."""
-    built = ROOT.glob("target/*/hydro")
+    built = [path for path in ROOT.glob("target/*/hydro") if path.is_file()]  # target/doc/hydro is a folder
     return max(built, key=lambda path: path.stat().st_mtime, default=ROOT / "target" / "release" / "hydro")
 
 
