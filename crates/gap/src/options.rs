@@ -412,6 +412,8 @@ options! {
         /// Square of how far a standard deviation of an effect's parameter moves all readings together, in theirs, below which the trials
         /// say nothing of it.
         silent: f64 = 1e-4,
+        /// Part of what commands before a log change at its start below which nothing is left of them.
+        forgotten: f64 = 1e-6,
         /// Log likelihood that the best values of all parameters may lack at a level of unmodelled forces for sets to be
         /// searched there [nat].
         level_within: f64 = 15.0,

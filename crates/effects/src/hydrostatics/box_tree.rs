@@ -54,7 +54,7 @@ impl Bounds {
     }
 }
 
-/// What a plane leaves below it.
+/// A piece of a tree that is not above a plane.
 pub(super) enum Wet {
     /// All triangles of a node.
     Subtree(usize),

@@ -32,7 +32,7 @@ pub struct Mesh {
     vertices: Vec<Vector3<f64>>,
     facets: Vec<Facet>,
     tree: BoxTree,
-    /// Of each node of the tree.
+    /// Sums over the facets of each node of the tree.
     sums: Vec<Sums>,
     /// Whole, in the mesh's frame.
     whole: Part,

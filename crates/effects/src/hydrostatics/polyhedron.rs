@@ -118,10 +118,11 @@ impl Tetrahedra {
 /// Sums over some facets, from which their tetrahedra from any apex follow.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sums {
-    /// Of the normals and offsets.
+    /// Sum of the normals.
     normal: Vector3<f64>,
+    /// Sum of the offsets.
     offset: f64,
-    /// Of the corners' sums, each times its facet's offset, and times its facet's normal.
+    /// Sums of the facets' added corners, each times its facet's offset, and times its facet's normal.
     by_offset: Vector3<f64>,
     by_normal: Matrix3<f64>,
 }

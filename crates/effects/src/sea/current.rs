@@ -180,7 +180,7 @@ impl CurrentField {
         Some((random, state))
     }
 
-    /// What a program has set [m/s]; nothing in a state of another length, and where it is no velocity.
+    /// Velocity that a program has set [m/s]; zero in a state of another length, and where it is no velocity.
     fn set(&self, state: &[f64]) -> [f64; SET_LEN] {
         let is_set = self.is_settable && state.len() == self.state_len();
         let set: Option<&[f64; SET_LEN]> = state.last_chunk().filter(|_| is_set);

@@ -16,7 +16,7 @@ use crate::{
     rollout::shooting::{self, WarmUp},
 };
 
-/// What a change's simulation remembers.
+/// Memory of a change's simulation.
 pub(crate) struct Memory {
     pub(crate) of_effects: Vec<f64>,
     /// Change of the nominal's state after its velocities; empty where it is the base's.
@@ -132,10 +132,7 @@ fn along(
         .collect()
 }
 
-/// Part of what commands before a log change at its start below which it is forgotten.
-const FORGOTTEN: f64 = 1e-6;
-
-/// What commands before the log change of all that is remembered, along the base's motion: between two simulations, one with a little
+/// Changes of all that is remembered with commands before the log, along the base's motion: between two simulations, one with a little
 /// more of them. Both are of the integrator of differences, and neither is pushed by unmodelled forces.
 fn begun(
     problem: &Problem<'_>,
@@ -187,7 +184,9 @@ fn begun(
                 let change = &change[..of_effects];
                 let all = change.iter().chain(&memory.beside);
                 let size = all.fold(0.0, |most: f64, value| most.max(value.abs()));
-                if size <= FORGOTTEN * *at_start.get_or_insert(size) {
+                if size
+                    <= problem.settings.options.likelihood.forgotten * *at_start.get_or_insert(size)
+                {
                     return memories;
                 }
                 for (value, change) in memory.of_effects.iter_mut().zip(change) {
