@@ -143,6 +143,48 @@ def test_an_actuator_that_begins_at_rest_under_a_command_is_no_gap(integrator, t
     assert before[1] == pytest.approx(-1, abs=0.1)
 
 
+#: Two links on hinges, let go; `{upper}` and `{lower}` hold what the joints damp.
+LINKS = """
+<mujoco><compiler angle="radian"/><option timestep="0.002" integrator="RK4"/><worldbody>
+  <body name="upper"><joint name="shoulder" axis="0 -1 0" {upper}/>
+    <geom type="capsule" fromto="0 0 0 0 0 -0.25" size="0.01" mass="0.3"/>
+    <body name="lower" pos="0 0 -0.25"><joint name="elbow" axis="0 -1 0" {lower}/>
+      <geom type="capsule" fromto="0 0 0 0 0 -0.2" size="0.01" mass="0.2"/></body></body>
+</worldbody><sensor><jointpos name="first" joint="shoulder"/><jointpos name="second" joint="elbow"/></sensor></mujoco>
+"""
+
+
+@pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release")
+def test_joints_that_rub_unlike_each_other_are_named_each_with_its_value(tmp_path):
+    """A common damping, and a friction for what it leaves, explains as much with one number less."""
+    dampings = {"shoulder": 0.004, "elbow": 0.0015}
+    model = mujoco.MjModel.from_xml_string(
+        LINKS.format(upper=f'damping="{dampings["shoulder"]}"', lower=f'damping="{dampings["elbow"]}"')
+    )
+    rng = np.random.default_rng(5)
+    logs = []
+    for start in ([1.0, -0.4], [0.7, 0.9], [-1.2, 0.2]):
+        data = mujoco.MjData(model)
+        data.qpos[:] = start
+        readings = []
+        for _ in range(600):
+            mujoco.mj_step1(model, data)
+            readings.append(data.sensordata + 0.0035 * rng.standard_normal(2))
+            for _ in range(5):
+                mujoco.mj_step(model, data)
+        times = 0.01 * np.arange(600) + model.opt.timestep
+        no_commands = {"control_times": times, "control_data": np.empty((600, 0))}
+        logs.append(no_commands | {"sensordata_times": times, "sensordata_data": np.array(readings)})
+    path = tmp_path / "nominal.xml"
+    path.write_text(LINKS.format(upper="", lower=""))
+    found = gap.run(path, logs, out=tmp_path / "out", residual=False, progress=False)
+    assert {(of.effect, of.target) for of in found.named} == {("joint_damping", joint) for joint in dampings}
+    for of in found.named:
+        low, high = of.parameters["damping"].ci95
+        assert low < dampings[of.target] < high, (of.target, of.parameters["damping"])
+    assert found.verdict["verdict"] == "named" and found.verdict["verified"]
+
+
 def test_only_what_was_written_counts_as_named(tmp_path):
     value = {"name": "damping", "value": 1.0, "unit": "N s/m", "ci95": [0.5, 1.5]}
     entry = {"effect": "joint_damping", "target": "a", "probability": 0.99, "parameters": [value]}

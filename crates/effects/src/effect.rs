@@ -96,6 +96,11 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         false
     }
 
+    /// True for what every joint of a mechanism has, each in a measure of its own.
+    fn is_of_every_joint(&self) -> bool {
+        false
+    }
+
     /// True where what it is proportional to may differ from trial to trial: what the water or the switched-on sensor is like on
     /// a day. Its values have no sign of their own: deviations are normal, and would make a mass negative.
     fn differs_by_trial(&self) -> bool {

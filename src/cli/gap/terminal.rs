@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hydro_gap::{
     records::{Added, Found, Named, Record},
-    verdict::{FittedParameter, Verdict},
+    verdict::{FittedEffect, FittedParameter, Verdict},
 };
 use hydro_plugin::report::gap::{
     VerdictKind, by_trial, effect_name, effect_on, headline, interval, number, part_of_excess,
@@ -75,12 +75,16 @@ fn explained(verdict: &Verdict) -> String {
     let (Some(whole), Some(left)) = (verdict.explained, verdict.unexplained) else {
         return String::new();
     };
-    let each = verdict.effects.iter().filter_map(|effect| {
-        let share = part_of_excess(effect.explained?);
-        Some(format!(
-            "{share} alone by {}",
-            effect_on(effect.effect, &effect.target)
-        ))
+    // One effect on several targets explains a part together.
+    let is_one =
+        |a: &FittedEffect, b: &FittedEffect| (a.effect, a.explained) == (b.effect, b.explained);
+    let each = verdict.effects.chunk_by(is_one).filter_map(|of| {
+        let share = part_of_excess(of[0].explained?);
+        let by = match of {
+            [one] => effect_on(one.effect, &one.target),
+            all => format!("{} in {} places", effect_name(all[0].effect), all.len()),
+        };
+        Some(format!("{share} alone by {by}"))
     });
     let each: Vec<String> = each.take(EFFECTS).collect();
     let each = if each.len() > 1 {
@@ -95,41 +99,55 @@ fn explained(verdict: &Verdict) -> String {
     )
 }
 
-/// Parameters of what was added, those first whose interval leaves zero out.
+/// Parameters of what was added whose interval leaves zero out; of an effect that has none the one that is surest.
 fn values(record: &Record) -> String {
-    let added = record.named.added();
-    let all = added.iter().flat_map(|effect| &effect.parameters);
-    let held = all.clone().filter(|of| !is_told(of)).count();
-    let only_told = held < all.count();
+    let added = &record.named.added();
+    let all = added
+        .iter()
+        .map(|effect| effect.parameters.len())
+        .sum::<usize>();
     let told = added.iter().flat_map(|effect| {
-        let of = effect.parameters.iter();
-        let of = of.filter(|parameter| !only_told || is_told(parameter));
-        of.enumerate().map(|(at, parameter)| {
-            let own = match parameter.by_trial.is_empty() {
-                true => String::new(),
-                false => format!("; {}", by_trial(parameter)),
-            };
-            let whose = match added.len() > 1 && at == 0 {
-                true => format!("{}: ", effect_name(effect.effect)),
-                false => String::new(),
-            };
-            format!(
-                "{whose}{} {} ({}{own})",
-                parameter.name,
-                with_unit(parameter.value, &parameter.unit),
-                interval(parameter.ci95)
-            )
-        })
+        let alike = added.iter().filter(|of| of.effect == effect.effect).count();
+        told_of(&effect.parameters)
+            .enumerate()
+            .map(move |(at, parameter)| {
+                let own = match parameter.by_trial.is_empty() {
+                    true => String::new(),
+                    false => format!("; {}", by_trial(parameter)),
+                };
+                let whose = match (at, alike) {
+                    (0, 2..) => format!("{}: ", effect_on(effect.effect, &effect.target)),
+                    (0, _) if added.len() > 1 => format!("{}: ", effect_name(effect.effect)),
+                    _ => String::new(),
+                };
+                format!(
+                    "{whose}{} {} ({}{own})",
+                    parameter.name,
+                    with_unit(parameter.value, &parameter.unit),
+                    interval(parameter.ci95)
+                )
+            })
     });
-    let count = told.clone().count();
-    let mut words = joined(told.take(PARAMETERS));
+    let told: Vec<String> = told.collect();
+    let count = told.len();
+    let mut words = joined(told.into_iter().take(PARAMETERS));
     if count > PARAMETERS {
         words += &format!(", and {} more", count - PARAMETERS);
     }
-    if only_told && held > 0 {
-        words += &format!("; of {held} more the interval holds 0");
+    if count < all {
+        words += &format!("; of {} more the interval holds 0", all - count);
     }
     words
+}
+
+/// Parameters of an effect whose interval leaves zero out, or the one that is the most of its interval.
+fn told_of(all: &[FittedParameter]) -> impl Iterator<Item = &FittedParameter> {
+    let sure =
+        |of: &FittedParameter| of.value.abs() / (of.ci95[1] - of.ci95[0]).max(f64::MIN_POSITIVE);
+    let surest = all.iter().max_by(|a, b| sure(a).total_cmp(&sure(b)));
+    let told = all.iter().filter(|of| is_told(of));
+    let none = !all.iter().any(is_told);
+    told.chain(surest.filter(|_| none))
 }
 
 /// True where the interval leaves zero out.

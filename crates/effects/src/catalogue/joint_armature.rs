@@ -56,6 +56,10 @@ impl Effect for JointArmature {
         matches!(target, Target::Joint(joint) if joint.driven)
     }
 
+    fn is_of_every_joint(&self) -> bool {
+        true
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Joint(self)
     }

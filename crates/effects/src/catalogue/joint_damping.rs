@@ -44,6 +44,10 @@ impl Effect for JointDamping {
         true
     }
 
+    fn is_of_every_joint(&self) -> bool {
+        true
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Joint(self)
     }

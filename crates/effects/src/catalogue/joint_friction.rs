@@ -69,6 +69,10 @@ impl Effect for JointFriction {
         ]
     }
 
+    fn is_of_every_joint(&self) -> bool {
+        true
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Joint(self)
     }

@@ -98,10 +98,12 @@ fn explain_without<'p>(
         true => "weighing sets of effects",
         false => "weighing sets of plausible values",
     };
+    let options = &problem.settings.options.likelihood;
+    let mut added = options.added;
     for round in 0..rounds {
         (watch.tell)(doing, round, rounds);
         best.correct(&seen);
-        let step = expected.take().or_else(|| best.promising(problem));
+        let step = expected.take().or_else(|| best.promising(added));
         let is_rival = step.is_none();
         // Where few candidates lead no further, one that was left out may.
         if (is_rival || failed) && !best.is_whole {
@@ -136,8 +138,15 @@ fn explain_without<'p>(
             }
             Looked::Behind(own) => (None, own),
         };
-        seen.learn(&next.set, own);
         let is_better = is_same || own > leader;
+        // What is missing may be too much for a part of it alone to follow: friction that stands for damping holds a joint fast.
+        if there.is_none() && !is_rival && best.is_part_of_more(&next, options.far_behind) {
+            working = before;
+            added += 1;
+            continue;
+        }
+        added = options.added;
+        seen.learn(&next.set, own);
         failed = !is_better;
         match there.filter(|_| is_better) {
             Some(there) => best = there,
@@ -449,15 +458,26 @@ impl<'p> Look<'p> {
 
     /// The set to go to: the best, few effects more at a time, for the errors of form of more would be taken for others. `None`
     /// where it is the point's own and settled.
-    fn promising(&self, problem: &Problem<'_>) -> Option<Found> {
-        let unexpected = |set: &[usize]| {
-            let all = set.iter().filter(|of| !problem.priors[**of].is_expected);
-            all.count()
-        };
+    fn promising(&self, added: usize) -> Option<Found> {
         let set = self.point.set();
-        let most = unexpected(&set) + problem.settings.options.likelihood.added;
-        let best = (self.found.iter()).find(|of| unexpected(&of.set) <= most)?;
+        let most = self.unexpected(&set) + added;
+        let best = (self.found.iter()).find(|of| self.unexpected(&of.set) <= most)?;
         (best.set != set || !self.settled).then(|| best.clone())
+    }
+
+    /// Effects of a set that are not expected.
+    fn unexpected(&self, set: &[usize]) -> usize {
+        let is_expected = |of: &usize| self.choices.problem.priors[*of].is_expected;
+        set.iter().filter(|of| !is_expected(of)).count()
+    }
+
+    /// True where a set that has one effect more than another, and all of its, is likelier by so much.
+    fn is_part_of_more(&self, part: &Found, by: f64) -> bool {
+        let larger = self.found.iter().filter(|of| {
+            self.unexpected(&of.set) == self.unexpected(&part.set) + 1
+                && part.set.iter().all(|member| of.set.contains(member))
+        });
+        likeliest(larger).is_some_and(|of| of.log_posterior > part.log_posterior + by)
     }
 
     /// The set about which there was no sweep and which may be as likely as the best, as it is from here.

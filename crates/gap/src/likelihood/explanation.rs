@@ -430,12 +430,19 @@ fn posterior(problem: &Problem<'_>, found: &[Found], log_total: f64) -> Vec<SetP
     sets
 }
 
-/// Effects and targets of a set, whatever the forms of its candidates.
+/// Effects and targets of a set, whatever the forms of its candidates; an effect with values of each target's own is one on each.
 fn mechanisms<'b>(problem: &'b Problem<'_>, set: &[usize]) -> Vec<(Id, &'b [String])> {
-    let mut mechanisms: Vec<_> = set
-        .iter()
-        .map(|at| problem.candidates[*at].mechanism())
-        .collect();
+    let of = |at: &usize| {
+        let of = &problem.candidates[*at];
+        let together = match of.is_apart {
+            true => 1,
+            false => of.targets.len(),
+        };
+        of.targets
+            .chunks(together)
+            .map(|targets| (of.effect, targets))
+    };
+    let mut mechanisms: Vec<_> = set.iter().flat_map(of).collect();
     mechanisms.sort_unstable();
     mechanisms
 }

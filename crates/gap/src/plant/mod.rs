@@ -111,12 +111,13 @@ impl Quantity {
     }
 }
 
-/// Factor on a relative [`Quantity`] at a value of its [`Nuisance`].
+/// Factor on a relative [`Quantity`] at a value of its [`Nuisance`], its logarithm: no value makes a mass, a coefficient or a gain
+/// negative.
 pub fn factor(value: f64) -> f64 {
-    1.0 + value
+    value.exp()
 }
 
-/// One uncertain number of the nominal model. Zero is the nominal; 0.03 is three per cent more, or, for
+/// One uncertain number of the nominal model. Zero is the nominal; 0.03 is a logarithm, three per cent more, or, for
 /// a centre of mass, 3 cm along its axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nuisance {
@@ -454,6 +455,15 @@ pub trait Simulation: Send {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_value_makes_a_positive_number_negative() {
+        assert_eq!(factor(0.0), 1.0);
+        assert!((factor(0.03) - 1.03).abs() < 5e-4);
+        for value in [-0.15, -1.0, -1.5, -5.0, -50.0] {
+            assert!(factor(value) > 0.0, "{value}");
+        }
+    }
 
     #[test]
     fn a_command_counts_as_far_as_its_limits_let_it() {

@@ -20,17 +20,19 @@ use crate::{
 /// The frequency of an oscillation [rad/s].
 pub(crate) const FREQUENCY: &str = "frequency";
 
-/// One effect on one target, or on every target of a kind with shared values.
+/// One effect on one target, or on every target of a kind, with values that these share or with values of their own.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
     /// Which effect.
     pub(crate) effect: Id,
     /// Its targets: one, or all of a kind.
     pub(crate) targets: Vec<String>,
-    /// Parameters that are fitted; all targets share the values.
+    /// Parameters that are fitted: of all targets together, or of one target after the other.
     pub(crate) parameters: Vec<Parameter>,
-    /// Values of those after them, which this form of the effect leaves at their nulls.
+    /// Values of those after them, which this form of the effect leaves at their nulls; likewise.
     pub(crate) left_out: Vec<f64>,
+    /// True where every target has values of its own.
+    pub(crate) is_apart: bool,
 }
 
 impl Candidate {
@@ -60,8 +62,38 @@ impl Candidate {
                 targets: targets.iter().map(|(name, _)| name.clone()).collect(),
                 parameters: all[..count].to_vec(),
                 left_out: all[count..].iter().map(|p| p.null).collect(),
+                is_apart: false,
             })
             .collect()
+    }
+
+    /// The plain form of an effect with values of each target's own: bounds and priors are those of the target.
+    fn apart(effect: Id, targets: &[(String, Target)]) -> Self {
+        let mut whole = Self {
+            effect,
+            targets: targets.iter().map(|(name, _)| name.clone()).collect(),
+            parameters: Vec::new(),
+            left_out: Vec::new(),
+            is_apart: true,
+        };
+        for (_, of) in targets {
+            let all = effects::effect(effect).parameters(of);
+            let needed = all.iter().take_while(|p| !p.optional).count();
+            whole.parameters.extend_from_slice(&all[..needed]);
+            whole.left_out.extend(all[needed..].iter().map(|p| p.null));
+        }
+        whole
+    }
+
+    /// What belongs to a target, by its place among the targets, of something that stands as the parameters do.
+    pub(crate) fn of_target<'v, T>(&self, at: usize, all: &'v [T]) -> &'v [T] {
+        match self.is_apart {
+            true => {
+                let count = all.len() / self.targets.len();
+                &all[at * count..(at + 1) * count]
+            }
+            false => all,
+        }
     }
 
     /// Effect and targets, whatever the form.
@@ -98,12 +130,14 @@ impl Candidate {
 
     /// Entries with values in the order of the parameters.
     pub(crate) fn entries(&self, values: &[f64]) -> Vec<Entry> {
-        self.targets
-            .iter()
-            .map(|target| Entry {
+        let targets = self.targets.iter().enumerate();
+        targets
+            .map(|(at, target)| Entry {
                 effect: self.effect,
                 target: target.clone(),
-                parameters: [values, &self.left_out].concat(),
+                parameters: [values, &self.left_out]
+                    .map(|all| self.of_target(at, all))
+                    .concat(),
             })
             .collect()
     }
@@ -145,8 +179,10 @@ pub(crate) fn priors(
     let prior = |of: &Candidate| {
         let alike = || candidates.iter().filter(|c| c.effect == of.effect);
         let targets: BTreeSet<&[String]> = alike().map(|c| &c.targets[..]).collect();
-        let forms = alike().filter(|c| c.targets == of.targets).count();
+        let forms = alike().filter(|c| c.targets == of.targets && !c.is_apart);
+        let forms = forms.count();
         let form = match (forms, of.left_out.is_empty()) {
+            _ if of.is_apart => options.elaborate_form,
             (1, _) => 1.0,
             (_, true) => options.elaborate_form,
             (_, false) => 1.0 - options.elaborate_form,
@@ -202,13 +238,16 @@ pub(crate) fn enumerate(
         let only = effect.only_on();
         let is_asked = !only.is_empty();
         let is_meant = |name: &str| !is_asked || only.iter().any(|of| of == name);
-        // Each alone, and all with shared values.
+        // Each alone, all with shared values, and all with their own.
         let mut add = |targets: &[(String, Target)]| {
             for one in targets.chunks(1) {
                 candidates.extend(Candidate::forms(*id, one));
             }
             if targets.len() > 1 {
                 candidates.extend(Candidate::forms(*id, targets));
+                if effect.is_of_every_joint() {
+                    candidates.push(Candidate::apart(*id, targets));
+                }
             }
         };
         match effect.card().target {

@@ -40,8 +40,9 @@ pub(crate) fn bootstrap(
                 fitted.ci95 = interval;
             }
         }
-        for target in &of.targets {
-            intervals.push((of.effect, target.clone(), fitted.clone()));
+        for (at, target) in of.targets.iter().enumerate() {
+            let fitted = of.of_target(at, &fitted).to_vec();
+            intervals.push((of.effect, target.clone(), fitted));
         }
     }
     intervals

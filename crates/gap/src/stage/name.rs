@@ -7,8 +7,9 @@ use crate::{
     likelihood::explanation::Explanation,
     output::{
         records::{Hypothesis, Named},
-        verdict::{FittedEffect, Outcome},
+        verdict::{FittedEffect, FittedParameter, Outcome},
     },
+    problem::candidates::Candidate,
     progress::Watch,
     stage::{
         calibration::calibrate,
@@ -113,18 +114,35 @@ fn listed(explanation: &Explanation<'_>, decision: &Decision) -> Vec<FittedEffec
                 holder.map_or_else(Vec::new, |set| explanation.parameters(set, *candidate));
             let of = &problem.candidates[*candidate];
             let explained = decision.named.get(candidate).copied();
-            of.targets.iter().map(move |target| FittedEffect {
+            let acting = acting_on(of, &parameters).into_iter();
+            acting.map(move |at| FittedEffect {
                 effect: of.effect,
-                target: target.clone(),
+                target: of.targets[at].clone(),
                 probability: p.clamp(0.0, 1.0),
                 surrogate: decision.outcome == Outcome::Unknown,
                 explained,
-                parameters: parameters.clone(),
+                parameters: of.of_target(at, &parameters).to_vec(),
             })
         })
         .collect();
     effects.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     effects
+}
+
+/// Places of the targets on which an effect acts. Of one that has values of each target's own they are those whose interval does
+/// not hold none, if there are any: friction in six joints may be friction in three.
+fn acting_on(of: &Candidate, fitted: &[FittedParameter]) -> Vec<usize> {
+    let all = 0..of.targets.len();
+    let acts = |at: &usize| {
+        let own = of.of_target(*at, fitted).iter();
+        let mut own = own.zip(of.of_target(*at, &of.parameters));
+        own.any(|(fitted, p)| !p.shapes && !(fitted.ci95[0]..=fitted.ci95[1]).contains(&p.null))
+    };
+    let acting: Vec<usize> = all.clone().filter(acts).collect();
+    match of.is_apart && !acting.is_empty() {
+        true => acting,
+        false => all.collect(),
+    }
 }
 
 /// The effects that stand for what is undecided, as they are listed.
