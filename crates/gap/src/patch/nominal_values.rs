@@ -137,7 +137,7 @@ impl<'r> Writer<'r> {
                     of if of.is_of_log() => {
                         format!("{:+.2} steps", number.value)
                     }
-                    _ => format!("{:+.2} %", 100.0 * number.value),
+                    _ => format!("{:+.2} %", 100.0 * (number.factor() - 1.0)),
                 };
                 self.remarks.push(format!(
                     "`{name}` stays at its nominal value, though {fitted} was fitted: {reason}"

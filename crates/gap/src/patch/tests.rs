@@ -512,7 +512,12 @@ fn numbers() -> Vec<(Nuisance, f64)> {
             class: NuisanceClass::Mass,
             quantity,
         };
-        (nuisance, 0.05)
+        // Factors are logarithms.
+        let value = match quantity {
+            Quantity::CentreOfMass(_) => 0.05,
+            _ => 1.05_f64.ln(),
+        };
+        (nuisance, value)
     })
     .collect()
 }

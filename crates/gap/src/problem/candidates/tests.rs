@@ -216,10 +216,20 @@ fn hinges_and_slides_share_nothing() {
     let mut targets = |slides: [bool; 3]| {
         model.joints = (0..3).map(|dof| joint(dof, slides[dof])).collect();
         let all = without_trials(&model, &[], &CandidateOptions::default());
-        let dampings = all.into_iter().filter(|of| of.effect == Id::JointDamping);
-        let mut targets: Vec<_> = dampings.map(|of| of.targets.join(" ")).collect();
-        targets.sort();
-        targets
+        let mut dampings = all.into_iter().filter(|of| of.effect == Id::JointDamping);
+        let (apart, shared): (Vec<_>, Vec<_>) = dampings.by_ref().partition(|of| of.is_apart);
+        let joined = |of: &[Candidate]| -> Vec<String> {
+            let mut targets: Vec<_> = of.iter().map(|of| of.targets.join(" ")).collect();
+            targets.sort();
+            targets
+        };
+        let together: Vec<_> = shared
+            .iter()
+            .filter(|of| of.targets.len() > 1)
+            .cloned()
+            .collect();
+        assert_eq!(joined(&apart), joined(&together));
+        joined(&shared)
     };
     let alone = ["joint_0", "joint_1", "joint_2"];
     let with = |shared: &'static str| {
@@ -440,4 +450,44 @@ fn a_motor_without_limits_scales_by_what_it_was_told() {
         damping.parameters[0].prior_sd
     };
     assert!((damping(100.0) / damping(50.0) - 2.0).abs() < 1e-9);
+}
+
+/// Bounds and priors are those of the joint; what is left out stands at its null.
+#[test]
+fn joints_that_rub_unlike_each_other_have_values_of_their_own() {
+    let of_torque = |dof: usize, torque: f64| {
+        let mut joint = joint(dof, false);
+        joint.scale.torque = torque;
+        (joint.name.clone(), Target::Joint(joint.scale))
+    };
+    let joints = [of_torque(0, 10.0), of_torque(1, 0.5)];
+    let apart = Candidate::apart(Id::JointDamping, &joints);
+    let alone = joints.each_ref().map(|one| {
+        let forms = Candidate::forms(Id::JointDamping, std::slice::from_ref(one));
+        forms[0].clone()
+    });
+    assert_eq!(alone[0].parameters.len(), 1);
+    let both = |of: fn(&Candidate) -> Vec<f64>| alone.iter().flat_map(of).collect::<Vec<f64>>();
+    let sd = |of: &Candidate| -> Vec<f64> { of.parameters.iter().map(|p| p.prior_sd).collect() };
+    assert_eq!(
+        sd(&apart),
+        both(|of| of.parameters.iter().map(|p| p.prior_sd).collect())
+    );
+    assert!(sd(&apart)[0] > 5.0 * sd(&apart)[1]);
+    let entries = apart.entries(&[3.0, 0.2]);
+    assert_eq!(entries[0], alone[0].entries(&[3.0])[0]);
+    assert_eq!(entries[1], alone[1].entries(&[0.2])[0]);
+    // It stands beside neither of its parts nor what they share.
+    assert!(alone.iter().all(|of| of.clashes(&apart)));
+    // As likely beforehand as a form with optional parameters.
+    let options = CandidateOptions::default();
+    let all = [
+        &alone[..],
+        &Candidate::forms(Id::JointDamping, &joints)[..1],
+        &[apart],
+    ]
+    .concat();
+    let priors = priors(&all, (Medium::None, None), &options);
+    let [shared, own] = [2, 3].map(|at| priors[at].log_share);
+    assert!((own - shared - options.elaborate_form.ln()).abs() < 1e-12);
 }
