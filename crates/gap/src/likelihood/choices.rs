@@ -149,23 +149,6 @@ impl<'p> Choices<'p> {
         plain.filter(|of| self.of.contains_key(of)).collect()
     }
 
-    /// A candidate's effect on each of its targets by itself; none where it has one target, or one of these is no candidate.
-    pub(super) fn apart(&self, candidate: usize) -> Vec<usize> {
-        let whole = &self.problem.candidates[candidate];
-        if whole.targets.len() < 2 {
-            return Vec::new();
-        }
-        let of_target = |target: &String| {
-            self.beside(&[]).find(|of| {
-                let of = &self.problem.candidates[*of];
-                (of.effect, &of.targets[..]) == (whole.effect, std::slice::from_ref(target))
-                    && of.parameters.len() == whole.parameters.len()
-            })
-        };
-        let each: Option<Vec<usize>> = whole.targets.iter().map(of_target).collect();
-        each.unwrap_or_default()
-    }
-
     /// A step in standard deviations of the prior, for a delay of a sensor: below it, it is only when within a step the sensor
     /// reads.
     pub(super) fn least(&self, candidate: usize) -> Option<f64> {

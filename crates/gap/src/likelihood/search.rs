@@ -43,11 +43,12 @@ impl Search<'_> {
             let mut next = Vec::new();
             for set in &front {
                 for candidate in self.additions(set).into_iter().take(options.evaluated) {
-                    if seen.insert(with(&set.set, &[candidate])) {
-                        next.extend(self.full(set, &[candidate], None));
+                    if seen.insert(with(&set.set, candidate))
+                        && let Some(found) = self.full(set, Some(candidate), None)
+                    {
+                        next.push(found);
                     }
                 }
-                next.extend(self.apart(set, &mut seen));
             }
             let descending = |a: &Found, b: &Found| b.log_posterior.total_cmp(&a.log_posterior);
             next.sort_by(descending);
@@ -82,7 +83,7 @@ impl Search<'_> {
             let mut found = Vec::new();
             for out in &best.set {
                 let rest: Vec<usize> = best.set.iter().copied().filter(|of| of != out).collect();
-                let Some(without) = self.full(&best, &[], Some(*out)) else {
+                let Some(without) = self.full(&best, None, Some(*out)) else {
                     continue;
                 };
                 if seen.insert(rest) {
@@ -94,8 +95,8 @@ impl Search<'_> {
                     .filter(|of| of != out)
                     .take(self.choices.options().evaluated)
                 {
-                    if seen.insert(with(&without.set, &[candidate])) {
-                        found.extend(self.full(&without, &[candidate], None));
+                    if seen.insert(with(&without.set, candidate)) {
+                        found.extend(self.full(&without, Some(candidate), None));
                     }
                 }
             }
@@ -171,7 +172,7 @@ impl Search<'_> {
             .collect();
         found.extend(self.by_trial(set));
         for (candidate, log) in &mut found {
-            let larger = with(&set.set, &[*candidate]);
+            let larger = with(&set.set, *candidate);
             *log += self.choices.log_odds(&larger, set.log_likelihood + *log);
         }
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -217,29 +218,13 @@ impl Search<'_> {
         )
     }
 
-    /// A set with an effect of several targets by that effect on each target, with a value of its own, in its place: what their common
-    /// value leaves would be added as something else.
-    fn apart(&self, set: &Found, seen: &mut BTreeSet<Vec<usize>>) -> Vec<Found> {
-        let mut found = Vec::new();
-        for of_all in &set.set {
-            let each = self.choices.apart(*of_all);
-            let mut rest = set.set.clone();
-            rest.retain(|of| of != of_all);
-            let fits = !each.is_empty() && rest.len() + each.len() <= self.choices.largest;
-            if fits && seen.insert(with(&rest, &each)) {
-                found.extend(self.full(set, &each, Some(*of_all)));
-            }
-        }
-        found
-    }
-
-    /// A set evaluated in full, from a set with candidates added, over all their scales and choices, or one taken out.
-    fn full(&self, from: &Found, added: &[usize], out: Option<usize>) -> Option<Found> {
+    /// A set evaluated in full, from a set with a candidate added, over all its scales and choices, or one taken out.
+    fn full(&self, from: &Found, added: Option<usize>, out: Option<usize>) -> Option<Found> {
         let mut members = from.kept(out.as_slice());
-        members.extend((added.iter()).map(|candidate| (self.untried(*candidate), 0.0)));
+        members.extend(added.map(|candidate| (self.untried(candidate), 0.0)));
         // What takes the place of one that left may be of any size.
         self.ascend(members, &from.held, |candidate| {
-            out.is_some() || added.contains(&candidate)
+            out.is_some() || Some(candidate) == added
         })
         .filter(|found| self.is_resolved(found))
     }
@@ -439,9 +424,9 @@ impl Evaluated {
     }
 }
 
-/// A set with some candidates more, ascending.
-fn with(set: &[usize], candidates: &[usize]) -> Vec<usize> {
-    let mut larger = [set, candidates].concat();
+/// A set with a candidate more, ascending.
+fn with(set: &[usize], candidate: usize) -> Vec<usize> {
+    let mut larger = [set, &[candidate]].concat();
     larger.sort_unstable();
     larger
 }
