@@ -380,7 +380,8 @@ options! {
         another_effect: f64 = 0.5,
         /// Prior odds of an effect without those that it presupposes, in a model without fluid.
         unaccompanied: f64 = 0.01,
-        /// Effects that are added before the readings are linearised again, at most.
+        /// Effects that are added before the readings are linearised again, at most; one more each time that so few cannot follow the
+        /// readings.
         added: usize = 1,
         /// Points that are looked from after the first, at most.
         rounds: usize = 12,

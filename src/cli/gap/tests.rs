@@ -336,8 +336,49 @@ fn values_of_which_the_data_tell_nothing_are_counted() {
         text,
         "values  axis_1 14 kg (9 to 19), axis_3 −3 kg (−4 to −2); of 2 more the interval holds 0"
     );
-    let text = shown(&[[0.0, 2.0], [-1.0, 1.0]]);
-    assert_eq!(text, "values  axis_0 1 kg (0 to 2), axis_1 0 kg (−1 to 1)");
+    let text = shown(&[[-1.0, 1.0], [0.0, 2.0]]);
+    assert_eq!(
+        text,
+        "values  axis_1 1 kg (0 to 2); of 1 more the interval holds 0"
+    );
+}
+
+#[test]
+fn an_effect_in_two_places_says_whose_the_values_are() {
+    let Reached::Verdict(mut record) = Fake::new().run(Stage::Verify, &[]).unwrap() else {
+        panic!("no verdict");
+    };
+    let mut fore = record.named.chosen[0].clone();
+    (fore.target, fore.explained) = ("fore".to_owned(), Some(0.4));
+    fore.parameters.truncate(1);
+    let aft = FittedEffect {
+        target: "aft".to_owned(),
+        ..fore.clone()
+    };
+    let mut other = record.named.chosen[0].clone();
+    (other.effect, other.explained) = (Id::Current, Some(0.3));
+    record.named.chosen = vec![fore.clone(), aft.clone()];
+    record.verdict.effects = vec![fore.clone(), aft, other];
+    (record.verdict.explained, record.verdict.unexplained) = (Some(0.9), Some(0.1));
+    let text = terminal::ten_lines(&record, Path::new("out"));
+    let line = |what: &str| {
+        let mut lines = text.lines();
+        let line = lines.find(|line| line.trim_start().starts_with(what));
+        line.unwrap_or_default().to_owned()
+    };
+    let name = hydro_plugin::report::gap::effect_name(fore.effect);
+    for target in ["fore", "aft"] {
+        assert!(
+            line("values").contains(&format!("{name} on `{target}`: ")),
+            "{text}"
+        );
+    }
+    // The part of both is told once.
+    assert!(
+        line("explained").contains(&format!("40 % alone by {name} in 2 places")),
+        "{text}"
+    );
+    assert_eq!(line("explained").matches("alone by").count(), 2, "{text}");
 }
 
 #[test]

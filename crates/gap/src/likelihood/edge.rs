@@ -8,6 +8,8 @@ use crate::output::verdict::FittedParameter;
 #[derive(Clone, Debug)]
 pub(crate) struct Edge {
     pub(crate) candidate: usize,
+    /// Its place among the candidate's parameters.
+    pub(crate) parameter: usize,
     pub(crate) fitted: FittedParameter,
     /// Least and largest plausible value.
     pub(crate) plausible: [f64; 2],
@@ -17,7 +19,7 @@ impl Edge {
     /// A candidate's value, if it has run to such an end ([`runs_to`]). Null and zero are no such ends (a motor may be dead). `edge`:
     /// part of the way to the end that is beside it.
     pub(super) fn of(
-        candidate: usize,
+        (candidate, parameter): (usize, usize),
         p: &Parameter,
         fitted: FittedParameter,
         edge: f64,
@@ -34,6 +36,7 @@ impl Edge {
             });
         is_there.then_some(Self {
             candidate,
+            parameter,
             fitted,
             plausible: bounds,
         })

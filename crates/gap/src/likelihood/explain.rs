@@ -100,6 +100,8 @@ fn explain_without<'p>(
     };
     let options = &problem.settings.options.likelihood;
     let mut added = options.added;
+    // Sets that could not follow, and what they came to: of no weight where one with more can.
+    let mut parts: Vec<(Vec<usize>, f64)> = Vec::new();
     for round in 0..rounds {
         (watch.tell)(doing, round, rounds);
         best.correct(&seen);
@@ -140,12 +142,18 @@ fn explain_without<'p>(
         };
         let is_better = is_same || own > leader;
         // What is missing may be too much for a part of it alone to follow: friction that stands for damping holds a joint fast.
-        if there.is_none() && !is_rival && best.is_part_of_more(&next, options.far_behind) {
+        let is_part = !is_rival && !is_same && best.is_part_of_more(&next, options.far_behind);
+        if there.is_none() && is_part {
             working = before;
             added += 1;
+            parts.push((next.set, own));
             continue;
         }
         added = options.added;
+        match is_better {
+            true => parts.clear(),
+            false => (parts.drain(..)).for_each(|(set, own)| seen.learn(&set, own)),
+        }
         seen.learn(&next.set, own);
         failed = !is_better;
         match there.filter(|_| is_better) {
@@ -181,6 +189,7 @@ fn explain_without<'p>(
     if !best.is_whole {
         best = best.along_all(problem, &mut working, none)?;
     }
+    (parts.drain(..)).for_each(|(set, own)| seen.learn(&set, own));
     best.correct(&seen);
     let predictions = match best.found.first() {
         Some(found) => {

@@ -197,9 +197,16 @@ impl<'a> Explanation<'a> {
         let part = self.problem.settings.options.name.edge;
         let candidates = self.sets[set].set.iter();
         let edges = candidates.flat_map(|candidate| {
-            let parameters = &self.problem.candidates[*candidate].parameters;
-            let fitted = parameters.iter().zip(self.parameters(set, *candidate));
-            fitted.filter_map(|(p, fitted)| Edge::of(*candidate, p, fitted, part))
+            let of = &self.problem.candidates[*candidate];
+            let fitted = of.parameters.iter().zip(self.parameters(set, *candidate));
+            // A joint that does not rub has no value to run anywhere.
+            let acts = |p: &Parameter, fitted: &FittedParameter| {
+                !of.is_apart || p.null < fitted.ci95[0] || p.null > fitted.ci95[1]
+            };
+            let fitted = fitted
+                .enumerate()
+                .filter(move |(_, (p, fitted))| acts(p, fitted));
+            fitted.filter_map(move |(at, (p, fitted))| Edge::of((*candidate, at), p, fitted, part))
         });
         edges.collect()
     }
@@ -430,18 +437,9 @@ fn posterior(problem: &Problem<'_>, found: &[Found], log_total: f64) -> Vec<SetP
     sets
 }
 
-/// Effects and targets of a set, whatever the forms of its candidates; an effect with values of each target's own is one on each.
+/// Effects and targets of a set, whatever the forms of its candidates.
 fn mechanisms<'b>(problem: &'b Problem<'_>, set: &[usize]) -> Vec<(Id, &'b [String])> {
-    let of = |at: &usize| {
-        let of = &problem.candidates[*at];
-        let together = match of.is_apart {
-            true => 1,
-            false => of.targets.len(),
-        };
-        of.targets
-            .chunks(together)
-            .map(|targets| (of.effect, targets))
-    };
+    let of = |at: &usize| problem.candidates[*at].mechanisms();
     let mut mechanisms: Vec<_> = set.iter().flat_map(of).collect();
     mechanisms.sort_unstable();
     mechanisms

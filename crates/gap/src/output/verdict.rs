@@ -52,7 +52,8 @@ pub struct FittedEffect {
     pub probability: f64,
     /// True where it only stands in for something outside the catalogue.
     pub surrogate: bool,
-    /// Part of the excess over noise that comes back where it alone is left out, 0 to 1; null for what is not named.
+    /// Part of the excess over noise that comes back where it alone is left out, 0 to 1; null for what is not named. Of an effect on
+    /// several targets, the part of all of them.
     #[serde(default)]
     pub explained: Option<f64>,
     /// Values.

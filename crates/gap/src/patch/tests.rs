@@ -512,12 +512,7 @@ fn numbers() -> Vec<(Nuisance, f64)> {
             class: NuisanceClass::Mass,
             quantity,
         };
-        // Factors are logarithms.
-        let value = match quantity {
-            Quantity::CentreOfMass(_) => 0.05,
-            _ => 1.05_f64.ln(),
-        };
-        (nuisance, value)
+        (nuisance, 0.05)
     })
     .collect()
 }

@@ -111,13 +111,17 @@ impl Quantity {
     }
 }
 
-/// Factor on a relative [`Quantity`] at a value of its [`Nuisance`], its logarithm: no value makes a mass, a coefficient or a gain
-/// negative.
+/// Factor on a relative [`Quantity`] at a value of its [`Nuisance`]: one and the value, but no value makes a mass, a coefficient or a
+/// gain negative. From half the nominal down it falls by its logarithm.
 pub fn factor(value: f64) -> f64 {
-    value.exp()
+    const HALF: f64 = 0.5;
+    match value > -HALF {
+        true => 1.0 + value,
+        false => HALF * ((value + HALF) / HALF).exp(),
+    }
 }
 
-/// One uncertain number of the nominal model. Zero is the nominal; 0.03 is a logarithm, three per cent more, or, for
+/// One uncertain number of the nominal model. Zero is the nominal; 0.03 is three per cent more, or, for
 /// a centre of mass, 3 cm along its axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nuisance {
@@ -458,11 +462,16 @@ mod tests {
 
     #[test]
     fn no_value_makes_a_positive_number_negative() {
-        assert_eq!(factor(0.0), 1.0);
-        assert!((factor(0.03) - 1.03).abs() < 5e-4);
-        for value in [-0.15, -1.0, -1.5, -5.0, -50.0] {
-            assert!(factor(value) > 0.0, "{value}");
+        assert_eq!([-0.15, 0.0, 0.03].map(factor), [0.85, 1.0, 1.03]);
+        let mut last = factor(-0.4);
+        for value in [-0.5, -0.5 - 1e-9, -0.6, -1.0, -1.5, -5.0, -50.0] {
+            let here = factor(value);
+            assert!(0.0 < here && here < last, "{value}: {here}");
+            last = here;
         }
+        // Value and slope go on where the logarithm begins.
+        let slope = |at: f64| (factor(at + 1e-6) - factor(at)) / 1e-6;
+        assert!((slope(-0.5 - 2e-6) - slope(-0.5 + 1e-6)).abs() < 1e-5);
     }
 
     #[test]

@@ -96,6 +96,27 @@ impl Candidate {
         }
     }
 
+    /// Effects and their targets, whatever the form: of one with values of each target's own, one on each.
+    pub(crate) fn mechanisms(&self) -> impl Iterator<Item = (Id, &[String])> {
+        let together = match self.is_apart {
+            true => 1,
+            false => self.targets.len(),
+        };
+        let each = self.targets.chunks(together.max(1));
+        each.map(|targets| (self.effect, targets))
+    }
+
+    /// The target that a parameter belongs to, by its place among all; all of them where they share it.
+    pub(crate) fn targets_of(&self, parameter: usize) -> &[String] {
+        match self.is_apart {
+            true => {
+                let count = self.parameters.len() / self.targets.len();
+                std::slice::from_ref(&self.targets[parameter / count])
+            }
+            false => &self.targets,
+        }
+    }
+
     /// Effect and targets, whatever the form.
     pub(crate) fn mechanism(&self) -> (Id, &[String]) {
         (self.effect, &self.targets)
@@ -179,10 +200,8 @@ pub(crate) fn priors(
     let prior = |of: &Candidate| {
         let alike = || candidates.iter().filter(|c| c.effect == of.effect);
         let targets: BTreeSet<&[String]> = alike().map(|c| &c.targets[..]).collect();
-        let forms = alike().filter(|c| c.targets == of.targets && !c.is_apart);
-        let forms = forms.count();
+        let forms = alike().filter(|c| c.targets == of.targets).count();
         let form = match (forms, of.left_out.is_empty()) {
-            _ if of.is_apart => options.elaborate_form,
             (1, _) => 1.0,
             (_, true) => options.elaborate_form,
             (_, false) => 1.0 - options.elaborate_form,
@@ -238,15 +257,15 @@ pub(crate) fn enumerate(
         let only = effect.only_on();
         let is_asked = !only.is_empty();
         let is_meant = |name: &str| !is_asked || only.iter().any(|of| of == name);
-        // Each alone, all with shared values, and all with their own.
+        // Each alone, and all: with values of their own where every joint has it in a measure of its own, else with shared ones.
         let mut add = |targets: &[(String, Target)]| {
             for one in targets.chunks(1) {
                 candidates.extend(Candidate::forms(*id, one));
             }
             if targets.len() > 1 {
-                candidates.extend(Candidate::forms(*id, targets));
-                if effect.is_of_every_joint() {
-                    candidates.push(Candidate::apart(*id, targets));
+                match effect.is_of_every_joint() {
+                    true => candidates.push(Candidate::apart(*id, targets)),
+                    false => candidates.extend(Candidate::forms(*id, targets)),
                 }
             }
         };

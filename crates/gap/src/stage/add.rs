@@ -41,7 +41,13 @@ pub fn add(explanation: &Explanation<'_>, naming: &Naming) -> Option<Addition> {
     }
     let problem = explanation.problem;
     let point = explanation.point(naming.chosen);
-    let (entries, sensors) = split(explanation, problem.entries(&point));
+    // Of an effect on all joints only those on which it acts.
+    let is_listed = |of: &Entry| {
+        let mut effects = effects.iter();
+        effects.any(|listed| (listed.effect, &listed.target) == (of.effect, &of.target))
+    };
+    let listed = problem.entries(&point).into_iter().filter(is_listed);
+    let (entries, sensors) = split(explanation, listed.collect());
     let draws = bootstrap(explanation, naming);
     let values = problem.nuisance_values(&point);
     let moved = problem.nuisances.iter().enumerate();

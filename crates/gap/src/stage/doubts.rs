@@ -41,7 +41,7 @@ fn told(explanation: &Explanation<'_>, edges: &[Edge]) -> String {
             "`{}` of {} on `{}` is {}{unit} (95 %: {} to {}; plausible: {} to {})",
             fitted.name,
             effect(candidate.effect).card().phrase,
-            candidate.targets.join("`, `"),
+            candidate.targets_of(edge.parameter).join("`, `"),
             rounded(fitted.value),
             rounded(fitted.ci95[0]),
             rounded(fitted.ci95[1]),

@@ -126,7 +126,28 @@ fn listed(explanation: &Explanation<'_>, decision: &Decision) -> Vec<FittedEffec
         })
         .collect();
     effects.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    effects
+    each_once(effects)
+}
+
+/// One entry an effect and target: an effect on a joint alone and one on all joints are never in one set. What is named stands first,
+/// else the likeliest.
+fn each_once(effects: Vec<FittedEffect>) -> Vec<FittedEffect> {
+    let mut once: Vec<FittedEffect> = Vec::new();
+    for of in effects {
+        let is_it = |had: &&mut FittedEffect| (had.effect, &had.target) == (of.effect, &of.target);
+        let Some(had) = once.iter_mut().find(is_it) else {
+            once.push(of);
+            continue;
+        };
+        let probability = (had.probability + of.probability).min(1.0);
+        let is_better =
+            had.parameters.is_empty() || (had.explained.is_none() && of.explained.is_some());
+        if is_better && !of.parameters.is_empty() {
+            *had = of;
+        }
+        had.probability = probability;
+    }
+    once
 }
 
 /// Places of the targets on which an effect acts. Of one that has values of each target's own they are those whose interval does
@@ -165,10 +186,8 @@ fn ranking(explanation: &Explanation<'_>) -> Vec<Hypothesis> {
     let nothing = explanation.sets[explanation.nothing()].log_posterior;
     let pairs = |set: &[usize]| -> Vec<(Id, String)> {
         set.iter()
-            .map(|candidate| {
-                let of = &explanation.problem.candidates[*candidate];
-                (of.effect, of.targets.join(", "))
-            })
+            .flat_map(|candidate| explanation.problem.candidates[*candidate].mechanisms())
+            .map(|(effect, targets)| (effect, targets.join(", ")))
             .collect()
     };
     (explanation.sets.iter().enumerate())

@@ -213,7 +213,7 @@ fn what_explains_enough_is_named_beside_a_value_at_the_edge() {
         let named = found.unwrap();
         (named.outcome, named.remarks.join("; "))
     };
-    let (outcome, remarks) = named(0.98);
+    let (outcome, remarks) = named(0.9);
     assert_eq!(outcome, Outcome::Unknown, "{remarks}");
     let (outcome, remarks) = named(0.2);
     assert_eq!(outcome, Outcome::Named, "{remarks}");
