@@ -67,7 +67,8 @@ impl Candidate {
             .collect()
     }
 
-    /// The plain form of an effect with values of each target's own: bounds and priors are those of the target.
+    /// An effect with a value of each target's own, its first parameter: bounds and priors are those of the target. What else shapes
+    /// it, a Stribeck friction say, is too much to be told of many at once.
     fn apart(effect: Id, targets: &[(String, Target)]) -> Self {
         let mut whole = Self {
             effect,
@@ -78,9 +79,9 @@ impl Candidate {
         };
         for (_, of) in targets {
             let all = effects::effect(effect).parameters(of);
-            let needed = all.iter().take_while(|p| !p.optional).count();
-            whole.parameters.extend_from_slice(&all[..needed]);
-            whole.left_out.extend(all[needed..].iter().map(|p| p.null));
+            let (first, others) = all.split_at(all.len().min(1));
+            whole.parameters.extend_from_slice(first);
+            whole.left_out.extend(others.iter().map(|p| p.null));
         }
         whole
     }
