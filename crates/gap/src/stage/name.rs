@@ -201,3 +201,80 @@ fn ranking(explanation: &Explanation<'_>) -> Vec<Hypothesis> {
         })
         .collect()
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use hydro_effects::{
+        card::{JointScale, Target},
+        effect,
+    };
+
+    use super::*;
+
+    fn fitted(value: f64, ci95: [f64; 2]) -> FittedParameter {
+        serde_json::from_value(serde_json::json!({
+            "name": "damping", "value": value, "unit": "N m s/rad", "ci95": ci95,
+        }))
+        .unwrap()
+    }
+
+    #[test]
+    fn of_an_effect_on_all_joints_those_on_which_it_acts_are_told() {
+        let joint = Target::Joint(JointScale {
+            inertia: 1.0,
+            armature: 0.0,
+            damping: 0.0,
+            torque: 1.0,
+            speed: 1.0,
+            travel: 1.0,
+            middle: 0.0,
+            slides: false,
+            driven: true,
+        });
+        let damping = effect(Id::JointDamping).parameters(&joint).swap_remove(0);
+        let targets = ["shoulder", "elbow", "wrist"];
+        let mut of = Candidate {
+            effect: Id::JointDamping,
+            targets: targets.map(str::to_owned).to_vec(),
+            parameters: vec![damping; 3],
+            left_out: Vec::new(),
+            is_apart: true,
+        };
+        let [sure, unsure] = [fitted(0.4, [0.3, 0.5]), fitted(0.1, [0.0, 0.3])];
+        let some = [sure.clone(), unsure.clone(), sure.clone()];
+        assert_eq!(acting_on(&of, &some), [0, 2]);
+        // Where none is sure, something is missing all the same.
+        let none = [unsure.clone(), unsure.clone(), unsure.clone()];
+        assert_eq!(acting_on(&of, &none), [0, 1, 2]);
+        of.is_apart = false;
+        assert_eq!(acting_on(&of, &[unsure]), [0, 1, 2]);
+    }
+
+    #[test]
+    fn an_effect_on_a_target_is_listed_once() {
+        let of =
+            |target: &str, probability: f64, explained: Option<f64>, value: f64| FittedEffect {
+                effect: Id::JointDamping,
+                target: target.to_owned(),
+                probability,
+                surrogate: false,
+                explained,
+                parameters: vec![fitted(value, [0.0, 1.0])],
+            };
+        let listed = each_once(vec![
+            of("elbow", 0.6, None, 1.0),
+            of("wrist", 0.4, Some(0.9), 2.0),
+            of("elbow", 0.3, Some(0.9), 3.0),
+            of("wrist", 0.1, None, 4.0),
+        ]);
+        let told: Vec<_> = listed
+            .iter()
+            .map(|of| (of.target.as_str(), of.parameters[0].value))
+            .collect();
+        // What is named gives the values.
+        assert_eq!(told, [("elbow", 3.0), ("wrist", 2.0)]);
+        assert!((listed[0].probability - 0.9).abs() < 1e-12);
+        assert!((listed[1].probability - 0.5).abs() < 1e-12);
+    }
+}
