@@ -142,18 +142,18 @@ fn explain_without<'p>(
         };
         let is_better = is_same || own > leader;
         // What is missing may be too much for a part of it alone to follow: friction that stands for damping holds a joint fast.
-        let is_part = !is_rival && !is_same && best.is_part_of_more(&next, options.far_behind);
-        if there.is_none() && is_part {
+        let may_have_more = there.is_none() && !is_rival && !is_same;
+        if may_have_more && best.is_part_of_more(&next, options.far_behind) {
             working = before;
             added += 1;
             parts.push((next.set, own));
             continue;
         }
         added = options.added;
-        match is_better {
-            true => parts.clear(),
-            false => (parts.drain(..)).for_each(|(set, own)| seen.learn(&set, own)),
+        if is_better {
+            parts.clear();
         }
+        (parts.drain(..)).for_each(|(set, own)| seen.learn(&set, own));
         seen.learn(&next.set, own);
         failed = !is_better;
         match there.filter(|_| is_better) {
@@ -469,21 +469,21 @@ impl<'p> Look<'p> {
     /// where it is the point's own and settled.
     fn promising(&self, added: usize) -> Option<Found> {
         let set = self.point.set();
-        let most = self.unexpected(&set) + added;
-        let best = (self.found.iter()).find(|of| self.unexpected(&of.set) <= most)?;
+        let most = self.unexpected(&set).count() + added;
+        let best = (self.found.iter()).find(|of| self.unexpected(&of.set).count() <= most)?;
         (best.set != set || !self.settled).then(|| best.clone())
     }
 
-    /// Effects of a set that are not expected.
-    fn unexpected(&self, set: &[usize]) -> usize {
-        let is_expected = |of: &usize| self.choices.problem.priors[*of].is_expected;
-        set.iter().filter(|of| !is_expected(of)).count()
+    /// Candidates of a set that are not expected.
+    fn unexpected<'s>(&'s self, set: &'s [usize]) -> impl Iterator<Item = &'s usize> {
+        let priors = &self.choices.problem.priors;
+        set.iter().filter(|of| !priors[**of].is_expected)
     }
 
     /// True where a set that has one effect more than another, and all of its, is likelier by so much.
     fn is_part_of_more(&self, part: &Found, by: f64) -> bool {
         let larger = self.found.iter().filter(|of| {
-            self.unexpected(&of.set) == self.unexpected(&part.set) + 1
+            self.unexpected(&of.set).count() == self.unexpected(&part.set).count() + 1
                 && part.set.iter().all(|member| of.set.contains(member))
         });
         likeliest(larger).is_some_and(|of| of.log_posterior > part.log_posterior + by)
@@ -499,9 +499,7 @@ impl<'p> Look<'p> {
     /// have taken its part.
     fn part(&self, seen: &Seen) -> Option<Found> {
         let set = self.point.set();
-        let is_expected = |of: &usize| self.choices.problem.priors[*of].is_expected;
-        let unexpected = set.iter().filter(|of| !is_expected(of));
-        let mut parts = unexpected.map(|out| -> Vec<usize> {
+        let mut parts = self.unexpected(&set).map(|out| -> Vec<usize> {
             let kept = set.iter().copied().filter(|of| of != out);
             kept.collect()
         });

@@ -114,10 +114,9 @@ impl Quantity {
 /// Factor on a relative [`Quantity`] at a value of its [`Nuisance`]: one and the value, but no value makes a mass, a coefficient or a
 /// gain negative. From half the nominal down it falls by its logarithm.
 pub fn factor(value: f64) -> f64 {
-    const HALF: f64 = 0.5;
-    match value > -HALF {
+    match value > -0.5 {
         true => 1.0 + value,
-        false => HALF * ((value + HALF) / HALF).exp(),
+        false => 0.5 * (2.0 * value + 1.0).exp(),
     }
 }
 

@@ -86,7 +86,7 @@ impl Candidate {
         whole
     }
 
-    /// What belongs to a target, by its place among the targets, of something that stands as the parameters do.
+    /// A target's part, by its place among the targets, of a list that is laid out as the parameters are.
     pub(crate) fn of_target<'v, T>(&self, at: usize, all: &'v [T]) -> &'v [T] {
         match self.is_apart {
             true => {
